@@ -1,0 +1,371 @@
+"""Rigid-body poses and twists: hat and vee, exponential, logarithm, adjoint.
+
+Twists are [v; ω], poses are homogeneous 4×4 matrices, and every function works on any number of
+leading batch axes. Formulas follow Murray, Li & Sastry (1994), chapter 2 and appendix A; the series
+and the quaternion keep them exact to rounding near zero and near a rotation by π.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import Any, TypeAlias
+
+import torch
+from jaxtyping import Float64
+from numpy.typing import NDArray
+from torch import Tensor
+
+__all__ = [
+    "TensorLike",
+    "adjoint",
+    "compose",
+    "exp",
+    "hat",
+    "inverse",
+    "inverse_adjoint",
+    "log",
+    "pose",
+    "require_rigid",
+    "to_float64",
+    "vee",
+]
+
+TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
+"""Whatever :func:`torch.as_tensor` takes."""
+
+
+def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
+    """Raise real numbers to a float64 tensor on the device they are on.
+
+    Parameters
+    ----------
+    value
+        Tensor, array, nested sequence or number. Integers and float32 are raised to float64.
+    name
+        What the caller calls it; used in the error.
+
+    Raises
+    ------
+    ValueError
+        If an element is NaN or infinite.
+    TypeError
+        If the elements are not real numbers.
+    """
+    try:
+        tensor = torch.as_tensor(value)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise TypeError(f"{name} cannot be read as an array of numbers: {error}") from error
+    if tensor.is_complex() or tensor.dtype == torch.bool:
+        raise TypeError(f"{name} holds {tensor.dtype} values; real numbers are needed")
+    if tensor.dtype != torch.float64:
+        tensor = _raise_precision(value, tensor)
+    if not torch.isfinite(tensor).all():
+        raise ValueError(f"{name} is not finite: it holds NaN or an infinity")
+    return tensor
+
+
+def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
+    """Join a rotation matrix (..., 3, 3) and a translation (..., 3) [m] to a pose.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit or the rotation is not orthonormal with determinant +1.
+    """
+    R = _trailing(to_float64(rotation, "rotation"), "rotation", (3, 3))
+    p = _trailing(to_float64(translation, "translation"), "translation", (3,))
+    batch = torch.broadcast_shapes(R.shape[:-2], p.shape[:-1])
+    T = _assemble(R.expand(*batch, 3, 3), p.expand(*batch, 3))
+    return require_rigid(T, "rotation")
+
+
+def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
+    """Return `T` as a tensor if it is a rigid-body pose (to 1e-9), else say what is wrong with it.
+
+    Raises
+    ------
+    ValueError
+        If the shape is not (..., 4, 4), the last row is not 0 0 0 1, or the rotation block is not
+        orthonormal with determinant +1.
+    """
+    T = _trailing(to_float64(T, name), name, (4, 4))
+    R, last_row = T[..., :3, :3], T[..., 3, :]
+    if T.numel() == 0:
+        return T
+    if (last_row - last_row.new_tensor([0, 0, 0, 1])).abs().max() > _RIGID_TOLERANCE:
+        raise ValueError(f"{name} is not a rigid-body pose: its last row is not 0 0 0 1")
+    defect = (R.mT @ R - torch.eye(3, dtype=R.dtype, device=R.device)).abs().max()
+    if defect > _RIGID_TOLERANCE:
+        raise ValueError(
+            f"{name} is not a rigid-body pose: its rotation misses orthonormality by {defect:.1e}"
+        )
+    if (torch.linalg.det(R) < 0).any():
+        raise ValueError(f"{name} is not a rigid-body pose: its rotation is a reflection (determinant -1)")
+    return T
+
+
+def hat(vector: TensorLike) -> Tensor:
+    """Matrix form of a rotation vector or of a twist.
+
+    Parameters
+    ----------
+    vector
+        Rotation vectors (..., 3) or twists (..., 6).
+
+    Returns
+    -------
+    Skew-symmetric (..., 3, 3), or twist matrices (..., 4, 4) with zero last row.
+
+    Raises
+    ------
+    ValueError
+        If the last axis is neither 3 nor 6.
+    """
+    vector = to_float64(vector, "vector")
+    if vector.shape[-1:] == (3,):
+        return _skew(vector)
+    if vector.shape[-1:] == (6,):
+        v, omega = vector[..., :3], vector[..., 3:]
+        return torch.nn.functional.pad(torch.cat([_skew(omega), v[..., None]], dim=-1), (0, 0, 0, 1))
+    raise ValueError(f"vector has shape {tuple(vector.shape)}; its last axis must be 3 or 6")
+
+
+def vee(matrix: TensorLike) -> Tensor:
+    """Vector form of a skew-symmetric (..., 3, 3) or twist matrix (..., 4, 4): the inverse of :func:`hat`.
+
+    Raises
+    ------
+    ValueError
+        If the matrix is not of that form (to 1e-9).
+    """
+    matrix = to_float64(matrix, "matrix")
+    if matrix.shape[-2:] not in ((3, 3), (4, 4)):
+        raise ValueError(f"matrix has shape {tuple(matrix.shape)}; its last axes must be 3 × 3 or 4 × 4")
+    S = matrix[..., :3, :3]
+    omega = torch.stack([S[..., 2, 1], S[..., 0, 2], S[..., 1, 0]], dim=-1)
+    vector = omega if matrix.shape[-1] == 3 else torch.cat([matrix[..., :3, 3], omega], dim=-1)
+    if matrix.numel() and (hat(vector) - matrix).abs().max() > _RIGID_TOLERANCE:
+        raise ValueError("matrix is not the hat of a vector: it is not skew-symmetric over a zero last row")
+    return vector
+
+
+def exp(twist: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
+    r"""Pose reached by following a constant twist for unit time.
+
+    :math:`e^{\hat\xi} = \begin{bmatrix} e^{\hat\omega} & V(\omega)\,v \\ 0 & 1 \end{bmatrix}` with
+    :math:`V = I + \frac{1-\cos\theta}{\theta^2}\hat\omega + \frac{\theta-\sin\theta}{\theta^3}\hat\omega^2`.
+
+    Parameters
+    ----------
+    twist
+        (..., 6), rows [v; ω]: [m] and [rad].
+
+    Raises
+    ------
+    ValueError
+        If the last axis is not 6 or a value is not finite.
+
+    References
+    ----------
+    Murray, Li & Sastry (1994), Eqs. 2.14, 2.32 and 2.36.
+    """
+    twist = _trailing(to_float64(twist, "twist"), "twist", (6,))
+    v, omega = twist[..., :3], twist[..., 3:]
+    W = _skew(omega)
+    a, b, c = (f[..., None, None] for f in _exponential_factors((omega * omega).sum(-1)))
+    identity = torch.eye(3, dtype=twist.dtype, device=twist.device)
+    V = identity + b * W + c * (W @ W)
+    return _assemble(identity + a * W + b * (W @ W), (V @ v[..., None])[..., 0])
+
+
+def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
+    r"""Twist of rotation angle at most π whose exponential is the pose.
+
+    At a rotation by exactly π both axes are right; the one whose first non-zero component is positive
+    is returned.
+
+    Parameters
+    ----------
+    T
+        Poses (..., 4, 4).
+
+    Returns
+    -------
+    Twists (..., 6), rows [v; ω]: [m] and [rad].
+
+    Raises
+    ------
+    ValueError
+        If `T` is not a rigid-body pose.
+
+    References
+    ----------
+    Murray, Li & Sastry (1994), Eqs. 2.17 and 2.40; the rotation goes through the unit quaternion,
+    which loses no digits near zero and near π (Shepperd 1978).
+    """
+    T = require_rigid(T, "T")
+    omega = _rotation_vector(T[..., :3, :3])
+    W = _skew(omega)
+    d = _inverse_factor((omega * omega).sum(-1))[..., None, None]
+    V_inverse = torch.eye(3, dtype=T.dtype, device=T.device) - 0.5 * W + d * (W @ W)
+    return torch.cat([(V_inverse @ T[..., :3, 3:])[..., 0], omega], dim=-1)
+
+
+def adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:
+    r"""Matrix that moves twists [v; ω] from frame b to frame a: :math:`\mathrm{Ad}_{T_{ab}}`.
+
+    Raises
+    ------
+    ValueError
+        If `T` is not a rigid-body pose (..., 4, 4).
+
+    References
+    ----------
+    Murray, Li & Sastry (1994), Eq. 2.58.
+    """
+    T = require_rigid(T, "T")
+    R, p = T[..., :3, :3], T[..., :3, 3]
+    top = torch.cat([R, _skew(p) @ R], dim=-1)
+    bottom = torch.cat([torch.zeros_like(R), R], dim=-1)
+    return torch.cat([top, bottom], dim=-2)
+
+
+def inverse_adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:
+    """Inverse of :func:`adjoint`, in closed form."""
+    return adjoint(inverse(T))
+
+
+def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
+    """Product of poses from left to right, ``compose(T_a_b, T_b_c) = T_a_c``; batch axes broadcast.
+
+    Raises
+    ------
+    ValueError
+        If there is no pose, or one is not of shape (..., 4, 4).
+    """
+    if not poses:
+        raise ValueError("poses is empty; at least one is needed")
+    return reduce(torch.matmul, (_poses(T) for T in poses))
+
+
+def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
+    """Inverse of rigid-body poses (..., 4, 4), in closed form.
+
+    Raises
+    ------
+    ValueError
+        If `T` is not a rigid-body pose.
+    """
+    T = require_rigid(T, "T")
+    R_transposed = T[..., :3, :3].mT
+    return _assemble(R_transposed, -(R_transposed @ T[..., :3, 3:])[..., 0])
+
+
+_RIGID_TOLERANCE = 1e-9
+_SERIES_BELOW = 0.25  # θ²; the series below are cut where their next term is under 1e-17 there
+
+
+def _raise_precision(value: TensorLike, tensor: Tensor) -> Tensor:
+    # Python floats would pass through torch's default float32: read the original again as float64.
+    if isinstance(value, Tensor):
+        return tensor.to(torch.float64)
+    return torch.as_tensor(value, dtype=torch.float64)
+
+
+def _trailing(tensor: Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
+    if tuple(tensor.shape[-len(shape) :]) != shape or tensor.ndim < len(shape):
+        wanted = ", ".join(map(str, shape))
+        raise ValueError(f"{name} has shape {tuple(tensor.shape)}; (..., {wanted}) is needed")
+    return tensor
+
+
+def _poses(T: TensorLike) -> Tensor:
+    return _trailing(to_float64(T, "T"), "T", (4, 4))
+
+
+def _assemble(R: Tensor, p: Tensor) -> Tensor:
+    top = torch.cat([R, p[..., None]], dim=-1)
+    last_row = top.new_tensor([0.0, 0.0, 0.0, 1.0]).expand(*top.shape[:-2], 1, 4)
+    return torch.cat([top, last_row], dim=-2)
+
+
+def _skew(omega: Tensor) -> Tensor:
+    x, y, z = omega.unbind(-1)
+    zero = torch.zeros_like(x)
+    return torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1).unflatten(-1, (3, 3))
+
+
+def _exponential_factors(theta_squared: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Return sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³ at any θ ≥ 0, differentiable at zero."""
+    small = theta_squared < _SERIES_BELOW
+    s = torch.where(small, theta_squared, 0.0)
+    series = [
+        _horner(s, [1, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800]),
+        _horner(s, [1 / 2, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600, 1 / 87178291200]),
+        _horner(s, [1 / 6, -1 / 120, 1 / 5040, -1 / 362880, 1 / 39916800, -1 / 6227020800]),
+    ]
+    theta = torch.where(small, 1.0, theta_squared).sqrt()
+    direct = [
+        theta.sin() / theta,
+        2 * ((theta / 2).sin() / theta) ** 2,
+        (theta - theta.sin()) / theta**3,
+    ]
+    a, b, c = (torch.where(small, near, far) for near, far in zip(series, direct, strict=True))
+    return a, b, c
+
+
+def _inverse_factor(theta_squared: Tensor) -> Tensor:
+    """Return (1 - (θ/2) cot(θ/2))/θ² for 0 ≤ θ ≤ π, differentiable at zero."""
+    small = theta_squared < _SERIES_BELOW
+    s = torch.where(small, theta_squared, 0.0)
+    series = _horner(
+        s, [1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160, 691 / 1307674368000, 1 / 74724249600]
+    )
+    theta = torch.where(small, 1.0, theta_squared).sqrt()
+    direct = (1 - (theta / 2) * (theta / 2).cos() / (theta / 2).sin()) / theta**2
+    return torch.where(small, series, direct)
+
+
+def _horner(x: Tensor, coefficients: Sequence[float]) -> Tensor:
+    total = torch.full_like(x, coefficients[-1])
+    for coefficient in reversed(coefficients[:-1]):
+        total = total * x + coefficient
+    return total
+
+
+def _rotation_vector(R: Tensor) -> Tensor:
+    q = _unit_quaternion(R)
+    w, xyz = q[..., 0], q[..., 1:]
+    n_squared = (xyz * xyz).sum(-1)
+    small = n_squared < 1e-4
+    t = torch.where(small, n_squared / torch.where(small, w, 1.0) ** 2, 0.0)
+    near = 2 / torch.where(small, w, 1.0) * _horner(t, [1, -1 / 3, 1 / 5, -1 / 7, 1 / 9])
+    n = torch.where(small, 1.0, n_squared).sqrt()
+    far = 2 * torch.atan2(n, w) / n
+    return torch.where(small, near, far)[..., None] * xyz
+
+
+def _unit_quaternion(R: Tensor) -> Tensor:
+    """Quaternion (w, x, y, z) with w ≥ 0, from the row of 4 q qᵀ whose diagonal entry is largest."""
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = (row.unbind(-1) for row in R.unbind(-2))
+    one = torch.ones_like(r00)
+    outer = torch.stack(
+        [
+            torch.stack([one + r00 + r11 + r22, r21 - r12, r02 - r20, r10 - r01], dim=-1),
+            torch.stack([r21 - r12, one + r00 - r11 - r22, r01 + r10, r02 + r20], dim=-1),
+            torch.stack([r02 - r20, r01 + r10, one - r00 + r11 - r22, r12 + r21], dim=-1),
+            torch.stack([r10 - r01, r02 + r20, r12 + r21, one - r00 - r11 + r22], dim=-1),
+        ],
+        dim=-2,
+    )
+    largest = outer.diagonal(dim1=-2, dim2=-1).argmax(-1)[..., None]
+    row = torch.take_along_dim(outer, largest[..., None], dim=-2)[..., 0, :]
+    q = row / (2 * torch.take_along_dim(row, largest, dim=-1).sqrt())
+    q = q / torch.linalg.vector_norm(q, dim=-1, keepdim=True)
+    return q * _sign_of_first_nonzero(q)
+
+
+def _sign_of_first_nonzero(q: Tensor) -> Tensor:
+    first = (q != 0).to(torch.int8).argmax(-1, keepdim=True)
+    return torch.take_along_dim(q, first, dim=-1).sign().detach()

@@ -1,0 +1,181 @@
+"""Content keys, atomic files, and the place where the package's data lies.
+
+A content key names a value by what it is: equal values have equal keys in every process and on every
+machine, and values that a computation could tell apart have different ones. Results are remembered
+under such keys.
+"""
+
+import dataclasses
+import hashlib
+import itertools
+import math
+import os
+import secrets
+import struct
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+import torch
+
+PACKAGE = Path(__file__).resolve().parent
+"""Folder of the modules of this package."""
+
+
+def repository() -> Path | None:
+    """Return the root of the source tree that this package runs from.
+
+    Returns
+    -------
+    The folder with `pyproject.toml`, or None when the package is installed from a wheel.
+    """
+    root = PACKAGE.parents[1]
+    in_source_tree = not (PACKAGE / "_data").exists() and (root / "pyproject.toml").is_file()
+    return root if in_source_tree else None
+
+
+def data_path(*parts: str) -> Path:
+    """Return the path of a data file or folder, from the source tree or from an installed wheel.
+
+    Parameters
+    ----------
+    parts
+        Names of folders and of a file below `data/`, such as `"robots", "puma560.toml"`; none for
+        `data/` itself.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file or folder.
+    """
+    root = repository()
+    path = (root / "data" if root else PACKAGE / "_data").joinpath(*parts)
+    if not path.exists():
+        raise FileNotFoundError(f"there is no data file {'/'.join(parts) or 'data'!r}: {path} does not exist")
+    return path
+
+
+def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None:
+    """Write a whole file or nothing, and replace an older one in a single step.
+
+    A reader sees the old content or the new, never a part. Missing parent folders are created. When
+    writing fails, the older file is as it was and no part of the new one is left behind.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    content
+        Text, written as UTF-8 with its line ends kept, or bytes.
+
+    Raises
+    ------
+    TypeError
+        If `content` is neither text nor bytes.
+    OSError
+        If the file cannot be written.
+    """
+    if not isinstance(content, str | bytes):
+        raise TypeError(f"content is {type(content).__name__}; write_atomically writes str or bytes")
+    target = Path(path)
+    encoded = content.encode() if isinstance(content, str) else content
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # In the same folder, because a replacement is atomic only within one file system.
+    temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
+    try:
+        with temporary.open("xb") as file:
+            file.write(encoded)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def content_key(*parts: object) -> str:
+    """Name values by their content.
+
+    Types are part of the content: 1, 1.0, True and "1" have four different keys, and so have a list and
+    a tuple. The order of a mapping does not count. A float counts by its bits, except that every NaN is
+    the same; arrays and tensors by dtype, shape and bytes (not by device or memory layout); dataclasses
+    by qualified name and fields; enumerations by qualified name and member.
+
+    Parameters
+    ----------
+    parts
+        None, bool, int, float, str, bytes, numpy scalars and arrays, dense torch tensors, enumerations,
+        and tuples, lists, mappings and dataclasses of these.
+
+    Returns
+    -------
+    Sixteen hexadecimal digits.
+
+    Raises
+    ------
+    TypeError
+        If a part, or something within it, is of another type.
+    """
+    return hashlib.sha256(_canonical(parts)).hexdigest()[:16]
+
+
+def _canonical(value: object) -> bytes:
+    """Encode a value so that no other value has the same encoding: each piece carries its tag and length."""
+    if isinstance(value, Enum):
+        return _tagged("enum", _qualified_name(value), value.name.encode())
+    if isinstance(value, Mapping):
+        items = sorted((_canonical(key), _canonical(item)) for key, item in value.items())
+        return _tagged("mapping", *itertools.chain.from_iterable(items))
+    if isinstance(value, np.ndarray | np.generic):
+        return _canonical_array(value)
+    if isinstance(value, torch.Tensor):
+        return _canonical_tensor(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = ((field.name, getattr(value, field.name)) for field in dataclasses.fields(value))
+        return _tagged("dataclass", _qualified_name(value), *map(_canonical, fields))
+    return _canonical_builtin(value)
+
+
+def _canonical_builtin(value: object) -> bytes:
+    """Encode a built-in value; by its exact type, since a subclass may mean something else."""
+    kind = type(value).__name__
+    if value is None:
+        return _tagged(kind)
+    if type(value) is tuple or type(value) is list:
+        return _tagged(kind, *map(_canonical, value))
+    if type(value) is bool or type(value) is int:
+        return _tagged(kind, str(value).encode())
+    if type(value) is float:
+        return _tagged(kind, b"nan" if math.isnan(value) else struct.pack(">d", value))
+    if type(value) is str:
+        return _tagged(kind, value.encode("utf-8", "surrogatepass"))
+    if type(value) is bytes:
+        return _tagged(kind, value)
+    raise TypeError(f"content_key cannot name a value of type {_qualified_name(value).decode()}")
+
+
+def _canonical_array(array: np.ndarray | np.generic) -> bytes:
+    # Other kinds (objects, records, dates) hold more than their bytes and their dtype's short name say.
+    if array.dtype.kind not in "biufcSU":
+        raise TypeError(f"content_key cannot name an array of dtype {array.dtype}")
+    tag = "array" if isinstance(array, np.ndarray) else "scalar"
+    return _tagged(tag, array.dtype.str.encode(), repr(array.shape).encode(), array.tobytes())
+
+
+def _canonical_tensor(tensor: torch.Tensor) -> bytes:
+    if tensor.layout is not torch.strided or tensor.is_quantized:
+        raise TypeError(
+            f"content_key cannot name a tensor of layout {tensor.layout} and dtype {tensor.dtype}"
+        )
+    dense = tensor.detach().cpu().resolve_conj().resolve_neg().contiguous()
+    content = dense.flatten().view(torch.uint8).numpy().tobytes()
+    return _tagged("tensor", str(tensor.dtype).encode(), repr(tuple(tensor.shape)).encode(), content)
+
+
+def _qualified_name(value: object) -> bytes:
+    return f"{type(value).__module__}.{type(value).__qualname__}".encode()
+
+
+def _tagged(tag: str, *pieces: bytes) -> bytes:
+    return b"".join(b"%d:%b" % (len(piece), piece) for piece in (tag.encode(), *pieces)) + b";"
