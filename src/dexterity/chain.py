@@ -76,9 +76,6 @@ class Chain:
         screws = spatial.to_float64(screws, "screws")
         if screws.ndim != 2 or screws.shape[1] != 6 or len(screws) == 0:
             raise ValueError(f"screws has shape {tuple(screws.shape)}; (n, 6) with n ≥ 1 is needed")
-        home = spatial.to_float64(home, "home")
-        if home.shape != (4, 4):
-            raise ValueError(f"home has shape {tuple(home.shape)}; (4, 4) is needed")
         n = len(screws)
         names = tuple(joint_names) if joint_names is not None else tuple(f"joint {i + 1}" for i in range(n))
         if len(names) != n or len(set(names)) != n:
@@ -86,7 +83,7 @@ class Chain:
 
         keep = super().__setattr__
         keep("_screws", screws.detach().cpu().clone())
-        keep("_home", spatial.require_rigid(home, "home").detach().cpu().clone())
+        keep("_home", _one_pose(home, "home").clone())
         keep("_name", name)
         keep("_joint_names", names)
         keep("_kinds", tuple(_joint_kind(i, screw) for i, screw in enumerate(self._screws)))
@@ -192,16 +189,17 @@ class Chain:
         Raises
         ------
         ValueError
-            If a row holds an unknown key, kind, or a value that is no finite number.
+            If a row holds an unknown key, kind, or a value that is no finite number, or `base` or `tool`
+            is not a rigid (4, 4) pose.
         """
-        T = torch.eye(4, dtype=torch.float64) if base is None else spatial.require_rigid(base, "base")
+        T = torch.eye(4, dtype=torch.float64) if base is None else _one_pose(base, "base")
         screws = []
         for i, row in enumerate(rows):
             kind, before, after = _dh_motions(i, row, modified)
             T = T @ before
             screws.append(_screw_along_z(T, kind))
             T = T @ after
-        home = T if tool is None else T @ spatial.require_rigid(tool, "tool")
+        home = T if tool is None else T @ _one_pose(tool, "tool")
         if not screws:
             raise ValueError("rows is empty; one mapping a joint is needed")
         return cls(
@@ -231,9 +229,7 @@ class Chain:
         ValueError
             If `T_vehicle_arm` is not a rigid (4, 4) pose or `rates` does not fit.
         """
-        T = spatial.require_rigid(T_vehicle_arm, "T_vehicle_arm")
-        if T.shape != (4, 4):
-            raise ValueError(f"T_vehicle_arm has shape {tuple(T.shape)}; (4, 4) is needed")
+        T = _one_pose(T_vehicle_arm, "T_vehicle_arm")
         unlimited = torch.full((6,), torch.inf, dtype=torch.float64)
         arm_screws = self._screws @ spatial.adjoint(T).mT
         return Chain(
@@ -439,12 +435,17 @@ def _joint_kind(i: int, screw: Tensor) -> JointKind:
 def _limits(values: TensorLike | None, name: str, n: int, default: float) -> Tensor:
     if values is None:
         return torch.full((n,), default, dtype=torch.float64)
-    tensor = torch.as_tensor(values, dtype=torch.float64).detach().cpu().clone()
+    tensor = spatial.to_extended_float64(values, name).detach().cpu().clone()
     if tensor.shape != (n,):
         raise ValueError(f"{name} has shape {tuple(tensor.shape)}; ({n},) is needed")
-    if tensor.isnan().any():
-        raise ValueError(f"{name} holds NaN")
     return tensor
+
+
+def _one_pose(T: TensorLike, name: str) -> Tensor:
+    T = spatial.to_float64(T, name)
+    if T.shape != (4, 4):
+        raise ValueError(f"{name} has shape {tuple(T.shape)}; (4, 4) is needed")
+    return spatial.require_rigid(T, name).detach().cpu()
 
 
 def _first(mask: Tensor) -> int:

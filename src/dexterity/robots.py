@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -124,9 +124,13 @@ def describe(name: str) -> Description:
         If there is no robot of that name; the nearest names are given.
     """
     if name not in names():
-        near = difflib.get_close_matches(name, names(), n=3, cutoff=0.3) or names()
-        raise ValueError(f"name is {name!r}; there is no such robot. Nearest: {', '.join(near)}")
+        raise ValueError(f"name is {name!r}; {_nearest(name, names())}")
     return read_description(store.data_path("robots", f"{name}.toml"))
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, known := list(known), n=3, cutoff=0.3) or sorted(known)
+    return f"there is no such one. Nearest: {', '.join(near) or 'none'}"
 
 
 def read_description(path: Path | str) -> Description:
@@ -145,9 +149,8 @@ def read_description(path: Path | str) -> Description:
         raise ValueError(f"{path.name} is not a robot file: {error}") from error
     try:
         return _description(content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        reason = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
-        raise ValueError(f"{path.name} is not a robot file: {reason}") from error
+    except (ValueError, OverflowError) as error:
+        raise ValueError(f"{path.name} is not a robot file: {error}") from error
 
 
 def build(
@@ -179,60 +182,91 @@ def build(
     title = description.name
     if variant is not None:
         if variant not in description.variants:
-            raise ValueError(f"variant is {variant!r}; {description.name} has {sorted(description.variants)}")
+            raise ValueError(f"variant is {variant!r}; {_nearest(variant, description.variants)}")
         chosen |= {k: float(v) for k, v in description.variants[variant].items() if k != "note"}
         title = f"{title} ({variant})"
     for key, value in (lengths or {}).items():
         if key not in chosen:
-            raise ValueError(f"lengths holds {key!r}; {description.name} has {sorted(description.lengths)}")
-        if not math.isfinite(value):
-            raise ValueError(f"lengths[{key!r}] is {value}; a finite length is needed")
-        chosen[key] = float(value)
+            raise ValueError(f"lengths holds {key!r}; {_nearest(key, chosen)}")
+        chosen[key] = float(spatial.to_float64(value, f"lengths[{key!r}]"))
 
     vehicle_rates, arm_rates = None, rates
     if rates is not None and description.vehicle_size is not None:
-        every = torch.as_tensor(rates, dtype=torch.float64)
-        vehicle_rates, arm_rates = every[:6], every[6:]
+        rates = spatial.to_float64(rates, "rates")
+        joints = 6 + len(description.joints)
+        if rates.shape != (joints,):
+            raise ValueError(f"rates has shape {tuple(rates.shape)}; ({joints},) is needed")
+        vehicle_rates, arm_rates = rates[:6], rates[6:]
     arm = _arm(description, chosen, title, arm_rates)
     if description.vehicle_size is None:
         return arm
     return arm.on_vehicle(torch.eye(4, dtype=torch.float64), name=title, rates=vehicle_rates)
 
 
-_ENTRIES = {"name", "source", "licence", "url", "lengths", "variants", "vehicle", "joints", "dh"}
+_ENTRIES = {"name", "source", "licence", "url", "vehicle"}
 _JOINT_ENTRIES = {"name", "kind", "axis", "step", "lower", "upper"}
 _DH_ENTRIES = {"name", "kind", "theta_deg", "d", "a", "alpha_deg", "lower_deg", "upper_deg", "lower", "upper"}
 
 
 def _description(content: Mapping[str, Any]) -> Description:
-    _refuse_unknown(content, _ENTRIES, "the file")
     is_dh = "dh" in content
-    rows = tuple(content["dh" if is_dh else "joints"])
-    lengths = {str(key): float(value) for key, value in content.get("lengths", {}).items()}
-    for i, row in enumerate(rows):
-        _refuse_unknown(row, _DH_ENTRIES if is_dh else _JOINT_ENTRIES, f"joint {i + 1}")
-        if not isinstance(row["name"], str):
-            raise ValueError(f"joint {i + 1} has name {row['name']!r}; a string is needed")
-        if row.get("kind", "revolute") not in get_args(JointKind):
-            raise ValueError(f"joint {i + 1} has kind {row['kind']!r}; {get_args(JointKind)} are known")
-        _refuse_unknown(row.get("step", {}), set(lengths), f"the step of joint {i + 1}")
-        vectors = [*row.get("step", {}).values(), *([] if is_dh else [row["axis"]])]
-        if any(len(vector) != 3 for vector in vectors):
-            raise ValueError(f"joint {i + 1} has an axis or step that is no vector of three numbers")
-    vehicle = content.get("vehicle")
+    rows_entry = "dh" if is_dh else "joints"
+    _refuse_unknown(content, _ENTRIES | ({"dh"} if is_dh else {"joints", "lengths", "variants"}), "the file")
+    lengths = _numbers(content.get("lengths", {}), "lengths")
+    vehicle = None if "vehicle" not in content else _table(content["vehicle"], "vehicle")
+    if vehicle is not None:
+        _refuse_unknown(vehicle, {"size"}, "vehicle")
     description = Description(
-        name=str(content["name"]),
-        source=str(content["source"]),
-        licence=str(content["licence"]),
-        joints=rows,
+        name=_text(content, "name", "the file"),
+        source=_text(content, "source", "the file"),
+        licence=_text(content, "licence", "the file"),
+        joints=_rows(content, rows_entry, lengths),
         is_dh=is_dh,
         lengths=lengths,
-        variants=content.get("variants", {}),
-        vehicle_size=None if vehicle is None else _three(vehicle["size"]),
+        variants=_variants(content.get("variants", {}), lengths),
+        vehicle_size=None if vehicle is None else _vector(_required(vehicle, "size", "vehicle"), "size"),
     )
     for variant in (None, *description.variants):
         build(description, variant=variant)
     return description
+
+
+def _rows(
+    content: Mapping[str, Any], entry: str, lengths: Mapping[str, float]
+) -> tuple[Mapping[str, Any], ...]:
+    rows = _required(content, entry, "the file")
+    if not isinstance(rows, list) or not rows:
+        raise ValueError(f"{entry} is {rows!r}; one table a joint is needed")
+    for i, row in enumerate(rows):
+        where = f"joint {i + 1}"
+        _text(_table(row, where), "name", where)
+        if row.get("kind", "revolute") not in get_args(JointKind):
+            raise ValueError(f"kind of {where} is {row['kind']!r}; {get_args(JointKind)} are known")
+        if entry == "dh":
+            _refuse_unknown(row, _DH_ENTRIES, where)
+        else:
+            _refuse_unknown(row, _JOINT_ENTRIES, where)
+            _check_step_and_axis(row, where, lengths)
+        for key in set(row) - {"name", "kind", "axis", "step"}:
+            _number(row[key], f"{key} of {where}")
+    return tuple(rows)
+
+
+def _check_step_and_axis(row: Mapping[str, Any], where: str, lengths: Mapping[str, float]) -> None:
+    _vector(_required(row, "axis", where), f"axis of {where}")
+    step = _table(row.get("step", {}), f"step of {where}")
+    _refuse_unknown(step, set(lengths), f"step of {where}")
+    for length, direction in step.items():
+        _vector(direction, f"step {length} of {where}")
+
+
+def _variants(variants: Any, lengths: Mapping[str, float]) -> Mapping[str, Mapping[str, float | str]]:
+    for name, variant in _table(variants, "variants").items():
+        changed = set(_table(variant, f"variant {name}")) - {"note"}
+        _refuse_unknown(variant, {*lengths, "note"}, f"variant {name}")
+        _numbers({key: variant[key] for key in changed}, f"variant {name}")
+        _text(variant, "note", f"variant {name}")
+    return dict(variants)
 
 
 def _refuse_unknown(entries: Mapping[str, Any], known: set[str], where: str) -> None:
@@ -241,8 +275,40 @@ def _refuse_unknown(entries: Mapping[str, Any], known: set[str], where: str) -> 
         raise ValueError(f"{where} holds {unknown}; {sorted(known)} are known")
 
 
-def _three(values: Any) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
+def _required(entries: Mapping[str, Any], key: str, where: str) -> Any:
+    if key not in entries:
+        raise ValueError(f"{where} has no {key}")
+    return entries[key]
+
+
+def _table(value: Any, where: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ValueError(f"{where} is {value!r}; a table is needed")
+    return value
+
+
+def _text(entries: Mapping[str, Any], key: str, where: str) -> str:
+    value = _required(entries, key, where)
+    if not isinstance(value, str) or not value.strip():
+        raise ValueError(f"{key} of {where} is {value!r}; a text is needed")
+    return value
+
+
+def _numbers(values: Any, where: str) -> dict[str, float]:
+    return {key: _number(value, f"{key} of {where}") for key, value in _table(values, where).items()}
+
+
+def _number(value: Any, where: str) -> float:
+    # bool is a kind of int, but true is no number.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
+        raise ValueError(f"{where} is {value!r}; a finite number is needed")
+    return float(value)
+
+
+def _vector(value: Any, where: str) -> tuple[float, float, float]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(f"{where} is {value!r}; three numbers are needed")
+    x, y, z = (_number(number, where) for number in value)
     return x, y, z
 
 

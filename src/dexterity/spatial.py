@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from functools import reduce
 from typing import Any, TypeAlias
 
+import numpy as np
 import torch
 from jaxtyping import Float64
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ __all__ = [
     "log",
     "pose",
     "require_rigid",
+    "to_extended_float64",
     "to_float64",
     "vee",
 ]
@@ -52,16 +54,25 @@ def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
     TypeError
         If the elements are not real numbers.
     """
-    try:
-        tensor = torch.as_tensor(value)
-    except (TypeError, ValueError, RuntimeError) as error:
-        raise TypeError(f"{name} cannot be read as an array of numbers: {error}") from error
-    if tensor.is_complex() or tensor.dtype == torch.bool:
-        raise TypeError(f"{name} holds {tensor.dtype} values; real numbers are needed")
-    if tensor.dtype != torch.float64:
-        tensor = _raise_precision(value, tensor)
+    tensor = _as_float64(value, name)
     if not torch.isfinite(tensor).all():
         raise ValueError(f"{name} is not finite: it holds NaN or an infinity")
+    return tensor
+
+
+def to_extended_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
+    """Raise real numbers to a float64 tensor as :func:`to_float64` does, infinities allowed.
+
+    Raises
+    ------
+    ValueError
+        If an element is NaN.
+    TypeError
+        If the elements are not real numbers.
+    """
+    tensor = _as_float64(value, name)
+    if tensor.isnan().any():
+        raise ValueError(f"{name} holds NaN")
     return tensor
 
 
@@ -75,7 +86,7 @@ def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*bat
     """
     R = _trailing(to_float64(rotation, "rotation"), "rotation", (3, 3))
     p = _trailing(to_float64(translation, "translation"), "translation", (3,))
-    batch = torch.broadcast_shapes(R.shape[:-2], p.shape[:-1])
+    batch = _common_batch("rotation and translation", R.shape[:-2], p.shape[:-1])
     T = _assemble(R.expand(*batch, 3, 3), p.expand(*batch, 3))
     return require_rigid(T, "rotation")
 
@@ -242,11 +253,13 @@ def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     Raises
     ------
     ValueError
-        If there is no pose, or one is not of shape (..., 4, 4).
+        If there is no pose, one is not of shape (..., 4, 4), or the batch axes do not broadcast.
     """
     if not poses:
         raise ValueError("poses is empty; at least one is needed")
-    return reduce(torch.matmul, (_poses(T) for T in poses))
+    checked = [_poses(T) for T in poses]
+    _common_batch("poses", *(T.shape[:-2] for T in checked))
+    return reduce(torch.matmul, checked)
 
 
 def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
@@ -266,6 +279,19 @@ _RIGID_TOLERANCE = 1e-9
 _SERIES_BELOW = 0.25  # θ²; the series below are cut where their next term is under 1e-17 there
 
 
+def _as_float64(value: TensorLike, name: str) -> Tensor:
+    if isinstance(value, np.ndarray):
+        # torch warns about arrays that cannot be written to and refuses those that run backwards.
+        value = np.require(value, requirements=["C", "W"])
+    try:
+        tensor = torch.as_tensor(value)
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise TypeError(f"{name} cannot be read as an array of numbers: {error}") from error
+    if tensor.is_complex() or tensor.dtype == torch.bool:
+        raise TypeError(f"{name} holds {tensor.dtype} values; real numbers are needed")
+    return tensor if tensor.dtype == torch.float64 else _raise_precision(value, tensor)
+
+
 def _raise_precision(value: TensorLike, tensor: Tensor) -> Tensor:
     # Python floats would pass through torch's default float32: read the original again as float64.
     if isinstance(value, Tensor):
@@ -278,6 +304,14 @@ def _trailing(tensor: Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
         wanted = ", ".join(map(str, shape))
         raise ValueError(f"{name} has shape {tuple(tensor.shape)}; (..., {wanted}) is needed")
     return tensor
+
+
+def _common_batch(names: str, *shapes: torch.Size) -> torch.Size:
+    try:
+        return torch.broadcast_shapes(*shapes)
+    except RuntimeError as error:
+        batches = " and ".join(str(tuple(shape)) for shape in shapes)
+        raise ValueError(f"{names} have batch axes {batches}, which do not broadcast") from error
 
 
 def _poses(T: TensorLike) -> Tensor:

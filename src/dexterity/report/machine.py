@@ -1,0 +1,50 @@
+"""The machine that a result was made on, as far as it can change a number or a time."""
+
+import os
+import platform
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+__all__ = ["Machine"]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The processor, its cores, the threads in use, and the versions of what computes on them."""
+
+    processor: str
+    cores: int
+    threads: int
+    python: str
+    torch: str
+    numpy: str
+
+    @classmethod
+    def present(cls) -> "Machine":
+        """Describe the machine that this runs on."""
+        return cls(
+            processor=_processor(),
+            cores=os.cpu_count() or 1,
+            threads=torch.get_num_threads(),
+            python=platform.python_version(),
+            torch=str(torch.__version__),
+            numpy=np.__version__,
+        )
+
+    def __str__(self) -> str:
+        return (
+            f"{self.processor}, {self.cores} cores, {self.threads} threads; "
+            f"Python {self.python}, torch {self.torch}, numpy {self.numpy}"
+        )
+
+
+def _processor() -> str:
+    # Linux alone keeps the model out of `platform`.
+    description = Path("/proc/cpuinfo")
+    text = description.read_text(encoding="utf-8") if description.exists() else ""
+    model = re.search(r"^model name\s*:\s*(.+)$", text, flags=re.MULTILINE)
+    return model[1] if model else platform.processor() or platform.machine()

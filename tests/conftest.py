@@ -1,0 +1,47 @@
+"""Shared by all tests: run-time checks of all annotations, repeatable hypothesis runs, batch shapes, seeds.
+
+The import hook must be there before the package is first imported, so this file imports nothing of it.
+"""
+
+import random
+from collections.abc import Iterator
+
+import hypothesis
+import jaxtyping
+import numpy as np
+import pytest
+
+# An int is taken for a float, as type checkers do.
+jaxtyping.install_import_hook(
+    "dexterity", "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
+)
+
+# The same examples at every run; no deadline, because the first call of a torch function is slow.
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
+hypothesis.settings.load_profile("repeatable")
+
+
+@pytest.fixture(autouse=True)
+def _repeatable_type_checks() -> None:
+    """Seed the generator by which beartype picks the one item of a sequence that it looks at."""
+    random.seed(0)
+
+
+@pytest.fixture
+def annotations_unchecked() -> Iterator[None]:
+    """Leave bad arguments to the package's own errors, as for a user, whose annotations nobody checks."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)
+
+
+@pytest.fixture(params=[(), (1,), (3, 1, 2), (0,)], ids=str)
+def batch_shape(request: pytest.FixtureRequest) -> tuple[int, ...]:
+    """Leading axes that every function on batches is tried with."""
+    return request.param
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Return the same random numbers for every test."""
+    return np.random.default_rng(20_160_801)

@@ -1,0 +1,555 @@
+import base64
+import html.parser
+import itertools
+import math
+import re
+import subprocess
+import sys
+import uuid
+import warnings
+import zlib
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import torch
+import umsgpack
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import dexterity as dx
+from dexterity import indices, robots
+from dexterity.indices import Ellipsoid
+from tests.serial_chains import random_robot
+
+with warnings.catch_warnings():
+    # meshcat's server, which is never started, imports a part of zmq that is about to go.
+    warnings.filterwarnings("ignore", "zmq.eventloop.ioloop is deprecated", DeprecationWarning)
+    from dexterity.report import scenes, shapes
+    from dexterity.report.scenes import Scene
+
+Array = NDArray[np.float64]
+Command = dict[str, Any]
+
+UVMS = robots.uvms()
+REST = np.zeros(12)
+FLAT = Ellipsoid(torch.eye(3, dtype=torch.float64), torch.tensor([1.0, 0.5, 0.0], dtype=torch.float64))
+
+
+# ---- reading a scene back ---------------------------------------------------------------------------
+
+
+class Reader(html.parser.HTMLParser):
+    """Collects elements and insists that each is closed in its place."""
+
+    VOID = frozenset({"meta", "img"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, str] = {}
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        name = self.elements[-1][1].get("id") or self.elements[-1][0]
+        self.texts[name] = self.texts.get(name, "") + data
+
+    def attributes(self, tag: str) -> dict[str, str | None]:
+        (found,) = (attributes for name, attributes in self.elements if name == tag)
+        return found
+
+
+def page(scene: Scene) -> Reader:
+    iframe = Reader(scene._repr_html_()).attributes("iframe")
+    return Reader(iframe["srcdoc"] or "")
+
+
+def commands(scene: Scene) -> list[Command]:
+    framed = zlib.decompress(base64.b64decode(page(scene).texts["commands"]))
+    unpacked = []
+    while framed:
+        end = 4 + int.from_bytes(framed[:4], "little")
+        unpacked.append(umsgpack.unpackb(framed[4:end]))
+        framed = framed[end:]
+    return unpacked
+
+
+def of_type(scene: Scene, kind: str) -> list[Command]:
+    return [command for command in commands(scene) if command["type"] == kind]
+
+
+def transforms(scene: Scene) -> dict[str, Array]:
+    """Poses of all frames in their parents, by path."""
+    return {
+        command["path"].removeprefix("/meshcat/"): np.reshape(command["matrix"], (4, 4)).T
+        for command in of_type(scene, "set_transform")
+    }
+
+
+def objects(scene: Scene) -> dict[str, Command]:
+    return {
+        command["path"].removeprefix("/meshcat/"): command["object"]
+        for command in of_type(scene, "set_object")
+    }
+
+
+def in_world(scene: Scene, path: str) -> Array:
+    frames = transforms(scene)
+    prefixes = itertools.accumulate(path.split("/"), "{}/{}".format)
+    T = np.eye(4)
+    for prefix in prefixes:
+        T = T @ frames.get(prefix, np.eye(4))
+    return T
+
+
+def joint_path(name: str, joint: int) -> str:
+    return name + "".join(f"/link{i}/joint{i}" for i in range(joint + 1))
+
+
+def tool_path(name: str, chain: dx.Chain) -> str:
+    return f"{joint_path(name, chain.joints - 1)}/link{chain.joints}"
+
+
+def still(scene: Scene) -> bytes:
+    source = page(scene).attributes("img")["src"] or ""
+    return base64.b64decode(source.removeprefix("data:image/svg+xml;base64,"))
+
+
+# ---- scenes to look at ------------------------------------------------------------------------------
+
+
+def uvms_scene(q: Array = REST, **options: Any) -> Scene:
+    scene = Scene("The vehicle and its arm", **options)
+    scene.add_chain(UVMS, q, name="uvms")
+    scene.add_vehicle((1.0, 1.5, 1.0), on="uvms")
+    return scene
+
+
+def full_scene() -> Scene:
+    scene = uvms_scene()
+    wiggle = 0.4 * np.sin(np.linspace(0, 2 * np.pi, 40))
+    scene.animate("uvms", np.concatenate([wiggle[:, None] * row for row in np.eye(12)]))
+    scene.add_chain(robots.puma560(), np.full(6, 0.1), name="puma")
+    scene.add_sliders("puma")
+    scene.add_ellipsoid(FLAT, [0, 1, 0], name="what is lost", scale=0.3)
+    scene.add_path(np.random.default_rng(1).normal(size=(50, 3)))
+    return scene
+
+
+# ---- bytes ------------------------------------------------------------------------------------------
+
+
+def test_the_same_scene_gives_the_same_bytes() -> None:
+    scene = full_scene()
+    assert scene._repr_html_() == scene._repr_html_() == full_scene()._repr_html_()
+
+
+def test_another_process_gives_the_same_bytes() -> None:
+    program = "from tests.report import test_scenes as t; print(t.full_scene()._repr_html_(), end='')"
+    other = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, encoding="utf-8")
+    assert other.stdout == full_scene()._repr_html_()
+
+
+def test_ids_elsewhere_stay_unique() -> None:
+    original = uuid.uuid1
+    full_scene()._repr_html_()
+    assert uuid.uuid1 is original
+    assert uuid.uuid1() != uuid.uuid1()
+
+
+def test_a_scene_is_small() -> None:
+    assert len(full_scene()._repr_html_().encode()) < 80_000
+
+
+def test_a_long_path_is_small_too() -> None:
+    scene = Scene("A path")
+    turn = np.linspace(0, 40, 2000)
+    scene.add_path(np.column_stack([np.cos(turn), np.sin(turn), turn / 10]))
+    assert len(scene._repr_html_().encode()) < 80_000
+
+
+def test_what_is_drawn_is_not_changed_by_later_writes() -> None:
+    q, points = np.zeros(12), np.arange(6.0).reshape(2, 3)
+    scene = uvms_scene(q)
+    scene.add_path(points)
+    before = scene._repr_html_()
+    q += 1
+    points += 1
+    assert scene._repr_html_() == before
+
+
+def test_the_still_picture_does_not_depend_on_the_style_of_figures() -> None:
+    before = still(uvms_scene())
+    with mpl.rc_context({"font.size": 30, "svg.fonttype": "path", "axes.facecolor": "red"}):
+        assert still(uvms_scene()) == before
+
+
+# ---- the page ---------------------------------------------------------------------------------------
+
+
+def test_the_page_says_what_it_shows() -> None:
+    iframe = Reader(uvms_scene()._repr_html_()).attributes("iframe")
+    assert iframe["title"] == "The vehicle and its arm"
+    read = page(uvms_scene())
+    assert read.texts["title"] == "The vehicle and its arm"
+    assert read.attributes("img")["alt"] == "The vehicle and its arm: uvms, vehicle"
+    assert read.attributes("html")["lang"] == "en"
+
+
+def test_the_legend_names_what_has_a_colour() -> None:
+    (iframe,) = re.findall(r"&lt;ul.*&lt;/ul&gt;", full_scene()._repr_html_())
+    for text in ("prismatic axis", "revolute axis", "what is lost", "path", "grid 0.5 m"):
+        assert text in iframe
+
+
+@pytest.mark.parametrize(
+    "title", ['"quoted" & <b>bold</b>', "</script><script>alert(1)</script>", "$title ${x}"]
+)
+def test_titles_and_names_are_only_text(title: str) -> None:
+    scene = Scene(title)
+    scene.add_path([[0, 0, 0], [1, 1, 1]], name=title.replace("/", "|"))
+    assert Reader(scene._repr_html_()).attributes("iframe")["title"] == title
+    read = page(scene)
+    assert read.texts["title"] == title
+    assert [tag for tag, _ in read.elements].count("script") == 2
+
+
+def test_the_height_is_the_one_asked_for() -> None:
+    style = Reader(uvms_scene(height=300)._repr_html_()).attributes("iframe")["style"]
+    assert "height:300px" in (style or "")
+
+
+def test_an_empty_scene_can_be_shown() -> None:
+    assert page(Scene("Nothing yet")).attributes("img")["alt"]
+
+
+def test_the_page_asks_for_nothing_outside() -> None:
+    template = (resources.files("dexterity.report") / "scene.html").read_text(encoding="utf-8")
+    assert "http" not in template
+    assert template.count(".src = ") == 1
+
+
+# ---- the still picture ------------------------------------------------------------------------------
+
+
+def test_the_still_picture_is_a_picture_with_the_joints_names() -> None:
+    texts = {element.text for element in ElementTree.fromstring(still(uvms_scene())).iter()}
+    assert texts >= set(UVMS.joint_names)
+
+
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda direction: np.linalg.norm(direction) > 1e-3)
+
+
+@given(direction=directions, points=st.lists(st.tuples(*[st.floats(-5, 5)] * 3), min_size=2, max_size=8))
+def test_everything_is_in_the_picture(direction: tuple[float, ...], points: list[tuple[float, ...]]) -> None:
+    axes = shapes.camera_axes(np.array(direction))
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert axes[1, 2] >= 0
+    view = shapes.View.of(np.array(points), axes, height=400)
+    x, y, depth = view.project(np.array(points)).T
+    assert ((x >= 0) & (x <= view.width) & (y >= 0) & (y <= view.height) & (depth > 0)).all()
+
+
+def test_the_camera_makes_room_for_the_animation() -> None:
+    q_frames = np.zeros((3, 12))
+    q_frames[1, 0] = 10.0
+    scene = uvms_scene()
+    scene.animate("uvms", q_frames)
+    (at_rest,), (moving,) = of_type(uvms_scene(), "set_view"), of_type(scene, "set_view")
+    assert max(moving["half_extent"]) > 5 > max(at_rest["half_extent"])
+
+
+# ---- chains -----------------------------------------------------------------------------------------
+
+
+@given(seed=st.integers(0, 10_000), joints=st.integers(2, 8))
+def test_the_tree_of_frames_is_the_forward_kinematics(seed: int, joints: int) -> None:
+    rng = np.random.default_rng(seed)
+    chain = random_robot(rng, joints).chain()
+    q = rng.uniform(-3, 3, joints)
+    scene = Scene("A random robot")
+    scene.add_chain(chain, q, name="robot")
+    np.testing.assert_allclose(in_world(scene, tool_path("robot", chain)), chain.forward(q), atol=2e-5)
+    for joint, T in enumerate(chain.joint_frames(q)):
+        np.testing.assert_allclose(in_world(scene, joint_path("robot", joint)), T, atol=2e-5)
+
+
+def test_every_link_that_has_a_length_is_drawn() -> None:
+    links = [path for path in objects(uvms_scene()) if path.endswith("/link")]
+    assert links == [f"{joint_path('uvms', joint)}/link" for joint in (5, 7, 8)]
+
+
+def test_each_joint_has_its_axis_and_its_name() -> None:
+    q = np.random.default_rng(3).uniform(-1, 1, 12)
+    scene = uvms_scene(q)
+    labels = {command["text"]: command["path"] for command in of_type(scene, "set_label")}
+    assert tuple(labels) == UVMS.joint_names
+    frames = UVMS.joint_frames(q).numpy()
+    for name, T in zip(UVMS.joint_names, frames, strict=True):
+        axis = labels[name].removeprefix("/meshcat/").removesuffix("/label")
+        np.testing.assert_allclose(in_world(scene, axis)[:3, 2], T[:3, 2], atol=1e-5)
+
+
+def test_the_axes_of_the_vehicles_translation_stand_together() -> None:
+    q = np.array([1.0, 2.0, 3.0, *np.zeros(9)])
+    scene = uvms_scene(q)
+    axes = [path for path in transforms(scene) if re.search(r"/axis[0-5]$", path)]
+    assert len(axes) == 6
+    for path in axes:
+        np.testing.assert_allclose(in_world(scene, path)[:3, 3], q[:3], atol=1e-5)
+
+
+def test_revolute_and_prismatic_axes_differ_in_shape_and_colour() -> None:
+    drawn = objects(uvms_scene())
+    bare = {
+        path: {shape for shape in drawn if shape.startswith(f"{path}/")} for path in transforms(uvms_scene())
+    }
+    turning = [path for path, inside in bare.items() if f"{path}/turn" in inside and "/axis" in path]
+    assert len(turning) == 9
+    colors = {drawn[path]["materials"][0]["color"] for path in drawn if path.endswith("/arrow-shaft")}
+    assert len(colors) == 2
+
+
+def test_axes_can_be_left_out() -> None:
+    scene = Scene("No axes")
+    scene.add_chain(UVMS, REST, axes=False)
+    assert of_type(scene, "set_label") == []
+
+
+def test_the_vehicle_moves_with_its_joints() -> None:
+    q = np.random.default_rng(4).uniform(-1, 1, 12)
+    vehicle = dx.Chain(np.eye(6), np.eye(4))
+    T = in_world(uvms_scene(q), f"{joint_path('uvms', 5)}/vehicle")
+    np.testing.assert_allclose(T, vehicle.forward(q[:6]), atol=1e-5)
+
+
+def test_a_vehicle_can_stand_anywhere() -> None:
+    pose = dx.spatial.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+    scene = Scene("A box")
+    scene.add_vehicle((1, 2, 3), pose=pose)
+    np.testing.assert_allclose(in_world(scene, "vehicle"), pose, atol=1e-5)
+    (geometry,) = objects(scene)["vehicle/body"]["geometries"]
+    assert [geometry[side] for side in ("width", "height", "depth")] == [1, 2, 3]
+
+
+# ---- ellipsoids and paths ---------------------------------------------------------------------------
+
+
+def body_points(scene: Scene, name: str) -> Array:
+    """Points of the drawn ellipsoid's surface in the world, less its centre."""
+    matrix = np.reshape(objects(scene)[f"{name}/body"]["object"]["matrix"], (4, 4)).T
+    sphere = np.random.default_rng(5).normal(size=(100, 3))
+    sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
+    return sphere @ (in_world(scene, name) @ matrix)[:3, :3].T
+
+
+@given(seed=st.integers(0, 10_000))
+def test_ellipsoids_are_where_unit_joint_rates_lead(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    J = np.zeros((6, 7))
+    J[:3] = rng.normal(size=(3, 7))
+    center = rng.normal(size=3)
+    scene = Scene("An ellipsoid")
+    scene.add_ellipsoid(indices.velocity_ellipsoid(J, "translational"), center, scale=0.5)
+    velocities = body_points(scene, "ellipsoid") / 0.5
+    # A velocity v lies on the ellipsoid where the least joint rates that make it have unit norm.
+    rates = np.linalg.norm(np.linalg.pinv(J[:3]) @ velocities.T, axis=0)
+    np.testing.assert_allclose(rates, 1, rtol=1e-3)
+    T = in_world(scene, "ellipsoid")
+    np.testing.assert_allclose(T[:3, 3], center, atol=1e-5)
+    assert np.linalg.det(T[:3, :3]) > 0
+
+
+def test_an_ellipsoid_without_volume_is_a_thin_disc() -> None:
+    scene = Scene("A disc")
+    scene.add_ellipsoid(FLAT, [0, 0, 0])
+    extent = np.abs(body_points(scene, "ellipsoid")).max(axis=0)
+    assert 0 < extent[2] < 0.02
+    np.testing.assert_allclose(extent[:2], [1, 0.5], rtol=0.1)
+
+
+def test_a_path_goes_through_its_points() -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 1]])
+    scene = Scene("A path")
+    scene.add_path(points, name="track", color="blue")
+    drawn = objects(scene)["track/curve"]
+    np.testing.assert_allclose(drawn["geometries"][0]["path"]["points"], points[[0, 1, 3]])
+    assert drawn["materials"][0]["color"] == 0x0072B2
+
+
+# ---- motion -----------------------------------------------------------------------------------------
+
+
+def test_keyframes_stand_only_under_what_moves_and_repeat_the_joint_values() -> None:
+    rng = np.random.default_rng(6)
+    q_frames = np.zeros((30, 12))
+    q_frames[:, 1] = rng.normal(size=30)
+    q_frames[10:20, 4] = np.linspace(0, 3, 10)
+    q_frames[:, 7] = 0.5  # constant, but not where the chain was drawn
+    scene = uvms_scene()
+    scene.animate("uvms", q_frames, frames_per_second=10)
+    (animation,) = of_type(scene, "set_animation")
+    assert animation["options"] == {"play": True, "repetitions": math.inf}
+    clips = {clip["path"].removeprefix("/meshcat/"): clip["clip"] for clip in animation["animations"]}
+    assert list(clips) == [joint_path("uvms", joint) for joint in (1, 4, 7)]
+    for joint in (1, 4, 7):
+        clip = clips[joint_path("uvms", joint)]
+        (track,) = clip["tracks"]
+        times = [key["time"] for key in track["keys"]]
+        np.testing.assert_allclose(
+            np.interp(range(30), times, joint_values(track)), q_frames[:, joint], atol=1e-6
+        )
+        assert clip["fps"] == 10
+        assert (times[0], times[-1]) == (0, 29)
+    assert len(clips[joint_path("uvms", 7)]["tracks"][0]["keys"]) == 2
+
+
+def joint_values(track: Command) -> list[float]:
+    values = [key["value"] for key in track["keys"]]
+    if track["name"] == ".position":
+        return [z for _, _, z in values]
+    return [2 * math.atan2(z, w) for _, _, z, w in values]
+
+
+def test_sliders_run_over_the_limits() -> None:
+    chain = dx.Chain(
+        [[0, 0, 0, 0, 0, 1], [0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0], [1, 0, 0, 0, 0, 0]],
+        np.eye(4),
+        joint_names=["turn", "lift", "tilt", "slide"],
+        lower=[-1, 0, -np.inf, -np.inf],
+        upper=[2, 0.5, np.inf, np.inf],
+    )
+    scene = Scene("Sliders")
+    scene.add_chain(chain, [0.1, 0.2, 0.3, 1.7], name="one")
+    scene.add_chain(chain, [0, 0, 0, 0], name="two")
+    scene.add_sliders("one")
+    scene.add_sliders("two")
+    controls = of_type(scene, "set_control")
+    labels = ["turn [rad]", "lift [m]", "tilt [rad]", "slide [m]"]
+    assert [control["name"] for control in controls] == [*labels, *(f"two {label}" for label in labels)]
+    limits = [(-1, 2), (0, 0.5), (-math.pi, math.pi), (-1, 1.7)]
+    assert [(control["min"], control["max"]) for control in controls[:4]] == limits
+    assert [control["value"] for control in controls[:4]] == [0.1, 0.2, 0.3, 1.7]
+    for joint, control in enumerate(controls[:4]):
+        nodes = ", ".join(f'"{node}"' for node in ["meshcat", *joint_path("one", joint).split("/")])
+        assert f"set_property([{nodes}]" in control["callback"]
+
+
+# ---- bad input --------------------------------------------------------------------------------------
+
+BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
+    "title": ("title", lambda _: Scene(" ")),
+    "height": ("height", lambda _: Scene("t", height=0)),
+    "view_from zero": ("view_from", lambda _: Scene("t", view_from=(0, 0, 0))),
+    "view_from not finite": ("view_from", lambda _: Scene("t", view_from=(0, math.nan, 0))),
+    "q too short": ("q", lambda s: s.add_chain(UVMS, np.zeros(11), name="other")),
+    "q not finite": ("q", lambda s: s.add_chain(UVMS, np.full(12, np.nan), name="other")),
+    "name taken": ("name", lambda s: s.add_chain(UVMS, REST, name="uvms")),
+    "name taken by another kind": ("name", lambda s: s.add_path([[0, 0, 0], [1, 0, 0]], name="uvms")),
+    "name with a slash": ("name", lambda s: s.add_path([[0, 0, 0], [1, 0, 0]], name="a/b")),
+    "name empty": ("name", lambda s: s.add_vehicle((1, 1, 1), name="")),
+    "color": ("color", lambda s: s.add_chain(UVMS, REST, name="other", color="bleu")),
+    "size": ("size", lambda s: s.add_vehicle((1, 0, 1), name="v")),
+    "size too short": ("size", lambda s: s.add_vehicle((1, 1), name="v")),
+    "on": ("on", lambda s: s.add_vehicle((1, 1, 1), name="v", on="nobody")),
+    "joint": ("joint", lambda s: s.add_vehicle((1, 1, 1), name="v", on="uvms", joint=13)),
+    "joint zero": ("joint", lambda s: s.add_vehicle((1, 1, 1), name="v", on="uvms", joint=0)),
+    "pose": ("pose", lambda s: s.add_vehicle((1, 1, 1), name="v", pose=2 * np.eye(4))),
+    "ellipsoid of six dimensions": (
+        "ellipsoid.axes",
+        lambda s: s.add_ellipsoid(indices.velocity_ellipsoid(UVMS.geometric_jacobian(REST)), [0, 0, 0]),
+    ),
+    "ellipsoid unbounded": (
+        "ellipsoid.semi_axes",
+        lambda s: s.add_ellipsoid(Ellipsoid(FLAT.axes, 1 / FLAT.semi_axes), [0, 0, 0]),
+    ),
+    "ellipsoid of a point": (
+        "ellipsoid.semi_axes",
+        lambda s: s.add_ellipsoid(Ellipsoid(FLAT.axes, 0 * FLAT.semi_axes), [0, 0, 0]),
+    ),
+    "center": ("center", lambda s: s.add_ellipsoid(FLAT, [0, 0, np.inf])),
+    "scale": ("scale", lambda s: s.add_ellipsoid(FLAT, [0, 0, 0], scale=0.0)),
+    "points of two dimensions": ("points", lambda s: s.add_path([[0, 0], [1, 1]])),
+    "points not finite": ("points", lambda s: s.add_path([[0, 0, 0], [1, np.nan, 1]])),
+    "points all the same": ("points", lambda s: s.add_path([[1, 1, 1], [1, 1, 1]])),
+    "points none": ("points", lambda s: s.add_path(np.zeros((0, 3)))),
+    "animate unknown": ("name", lambda s: s.animate("nobody", np.zeros((2, 12)))),
+    "q_frames too narrow": ("q_frames", lambda s: s.animate("uvms", np.zeros((2, 11)))),
+    "q_frames not finite": ("q_frames", lambda s: s.animate("uvms", np.full((2, 12), np.inf))),
+    "q_frames single": ("q_frames", lambda s: s.animate("uvms", np.zeros((1, 12)))),
+    "q_frames ambiguous": ("q_frames", lambda s: s.animate("uvms", [REST, np.full(12, math.pi)])),
+    "frames_per_second": (
+        "frames_per_second",
+        lambda s: s.animate("uvms", np.zeros((2, 12)), frames_per_second=0.0),
+    ),
+    "sliders unknown": ("name", lambda s: s.add_sliders("nobody")),
+}
+
+
+@pytest.mark.parametrize(("argument", "call"), BAD.values(), ids=BAD)
+def test_bad_input_is_named_and_leaves_the_scene_alone(
+    argument: str, call: Callable[[Scene], object]
+) -> None:
+    scene = uvms_scene()
+    with pytest.raises(ValueError, match=rf"^{re.escape(argument)}\b"):
+        call(scene)
+    assert scene._repr_html_() == uvms_scene()._repr_html_()
+
+
+@pytest.mark.parametrize("first", ["animate", "slide"])
+@pytest.mark.parametrize("second", ["animate", "slide"])
+def test_a_chain_moves_in_one_way_only(first: str, second: str) -> None:
+    scene = uvms_scene()
+    moves = {
+        "animate": lambda: scene.animate("uvms", [REST, REST + 0.1]),
+        "slide": lambda: scene.add_sliders("uvms"),
+    }
+    moves[first]()
+    with pytest.raises(ValueError, match="^name is 'uvms'"):
+        moves[second]()
+
+
+# ---- the viewer -------------------------------------------------------------------------------------
+
+
+def test_the_viewer_is_copied_with_its_licences(tmp_path: Path) -> None:
+    folder = tmp_path / "assets" / "meshcat"
+    scenes.copy_viewer(folder)
+    scenes.copy_viewer(folder)
+    dist = resources.files("meshcat") / "viewer" / "dist"
+    script = (folder / "main.min.js").read_bytes()
+    assert script == (dist / "main.min.js").read_bytes()
+    (licence,) = re.findall(rb"please see (\S+)", script[:200])
+    assert {path.name for path in folder.iterdir()} == {
+        "LICENSE",
+        "main.min.js",
+        licence.decode(),
+        "main.min.js.THIRD_PARTY_LICENSES.json",
+    }
+
+
+def test_the_viewer_knows_the_commands_that_it_is_given() -> None:
+    script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
+    template = (resources.files("dexterity.report") / "scene.html").read_text(encoding="utf-8")
+    ours = {"set_label", "set_view"}
+    kinds = {command["type"] for command in commands(full_scene())}
+    assert kinds >= ours
+    assert all(f'"{kind}"==' in script for kind in kinds - ours)
+    assert all(f"{kind}(command)" in template for kind in ours)

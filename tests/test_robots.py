@@ -1,0 +1,388 @@
+"""Robots: their papers' points and axes, lengths by name, and robot files with something wrong in them."""
+
+import math
+from pathlib import Path
+
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from torch.testing import assert_close
+
+import dexterity as dx
+from dexterity import robots, store
+
+NAMES = ("docking_arm", "puma560", "uvms")
+UVMS_FILE = store.data_path("robots", "uvms.toml").read_text(encoding="utf-8")
+
+
+# ---- the robots there are --------------------------------------------------------------------------
+
+
+def test_each_file_is_a_robot_with_source_and_licence():
+    assert robots.names() == NAMES
+    assert {path.stem for path in store.data_path("robots").iterdir()} == set(NAMES)
+    for name in NAMES:
+        description = robots.describe(name)
+        assert description.name == name
+        assert len(description.source) > 20
+        assert "MIT" in description.licence
+        chain = robots.build(description)
+        assert chain.name == name
+        assert chain.forward(torch.zeros(chain.joints)).shape == (4, 4)
+
+
+def test_the_uvms_has_the_papers_twelve_axes():
+    uvms = dx.robots.uvms()
+    assert uvms.joint_names == ("x", "y", "z", "θx", "θy", "θz", "θm1", "θm2", "θm3", "θm4", "θm5", "θm6")
+    assert uvms.kinds == ("prismatic",) * 3 + ("revolute",) * 9
+    x, y, z = torch.eye(3, dtype=torch.float64)
+    assert_close(uvms.screws[:3, :3], torch.eye(3, dtype=torch.float64), rtol=0, atol=0)
+    assert_close(uvms.screws[3:, 3:], torch.stack([x, y, z, z, -x, -x, z, -x, y]), rtol=0, atol=0)
+
+
+def test_the_uvms_has_the_papers_points_on_its_axes():
+    y_MB, l1, l2, l3 = 0.8, 0.1, 0.5, 0.3
+    uvms = dx.robots.uvms(y_MB=y_MB, l1=l1, l2=l2, l3=l3)
+    q1, q2 = [0, 0, 0], [0, y_MB, l1]
+    q3, q4 = [0, y_MB + l2, l1], [0, y_MB + l2 + l3, l1]
+    points = torch.tensor([q1] * 3 + [q2] * 2 + [q3] + [q4] * 3, dtype=torch.float64)
+    omega = uvms.screws[3:, 3:]
+    # Eq. 1: v = -ω × q for the points that the paper gives.
+    assert_close(uvms.screws[3:, :3], -torch.linalg.cross(omega, points), rtol=0, atol=1e-15)
+    home = torch.eye(4, dtype=torch.float64)
+    home[:3, 3] = torch.tensor(q4, dtype=torch.float64)
+    assert_close(uvms.home, home, rtol=0, atol=1e-15)
+
+
+def test_the_uvms_reaches_what_table_2_prints():
+    """Table 2: r_max = 1 and r_min = 0.2 between the arm's base and the wrist, y_MB half the vehicle's length."""
+    lengths = robots.describe("uvms").lengths
+    assert lengths["l2"] + lengths["l3"] == pytest.approx(1.0)
+    assert abs(lengths["l2"] - lengths["l3"]) == pytest.approx(0.2)
+    _, vehicle_length, _ = robots.describe("uvms").vehicle_size
+    assert lengths["y_MB"] == vehicle_length / 2
+
+
+@pytest.mark.parametrize(("length", "row"), [("l1", 2), ("l2", 1), ("l3", 1), ("y_MB", 1)])
+def test_a_length_of_the_uvms_moves_its_tool(length, row):
+    longer = robots.describe("uvms").lengths[length] + 0.25
+    change = dx.robots.uvms(**{length: longer}).home[:3, 3] - dx.robots.uvms().home[:3, 3]
+    expected = torch.zeros(3, dtype=torch.float64)
+    expected[row] = 0.25
+    assert_close(change, expected, rtol=0, atol=1e-15)
+
+
+def test_rates_of_the_uvms_are_its_twelve_joints():
+    rates = [0.5] * 3 + [0.3] * 3 + [1, 2, 3, 4, 5, 6]
+    assert dx.robots.uvms(rates=rates).rates.tolist() == rates
+    assert dx.robots.uvms().rates.tolist() == [1] * 12
+
+
+def test_the_docking_arm_is_an_elbow_arm_with_a_roll_pitch_roll_wrist():
+    arm = dx.robots.docking_arm()
+    assert arm.kinds == ("revolute",) * 6
+    omega = arm.screws[:, 3:]
+    x, y, z = torch.eye(3, dtype=torch.float64)
+    assert_close(omega, torch.stack([z, -y, -y, x, -y, x]), rtol=0, atol=0)
+    assert_close(arm.home[:3, 3], torch.tensor([0.8, 0, 0.1], dtype=torch.float64), rtol=0, atol=1e-15)
+    # Positive θ2 and θ3 raise the arm.
+    for joint in (1, 2):
+        q = torch.zeros(6)
+        q[joint] = 0.1
+        assert arm.forward(q)[2, 3] > 0.11
+
+
+def test_the_fitted_docking_arm_is_longer_and_off_its_first_axis():
+    arm = dx.robots.docking_arm("fitted")
+    assert arm.name == "docking_arm (fitted)"
+    assert_close(arm.home[:3, 3], torch.tensor([0.85, -0.05, 0.1], dtype=torch.float64), rtol=0, atol=1e-15)
+    assert "fitted" in robots.describe("docking_arm").variants["fitted"]["note"]
+
+
+def test_the_wrist_axes_of_the_arms_meet():
+    for arm in (dx.robots.docking_arm(), dx.robots.docking_arm("fitted"), dx.robots.puma560()):
+        q = torch.linspace(-0.9, 1.1, 6)
+        wrist = arm.forward(q)[:3, 3]
+        q[3:] += 1
+        assert_close(arm.forward(q)[:3, 3], wrist, rtol=0, atol=1e-15)
+
+
+def test_limits_given_in_degrees_are_radians():
+    puma = dx.robots.puma560()
+    assert_close(puma.upper, torch.deg2rad(torch.tensor([160, 225, 45, 170, 100, 266], dtype=torch.float64)))
+    assert_close(
+        puma.lower, torch.deg2rad(torch.tensor([-160, -45, -225, -110, -100, -266], dtype=torch.float64))
+    )
+
+
+# ---- what is asked for and is not there ------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"), [("umvs", "uvms"), ("puma", "puma560"), ("docking-arm", "docking_arm")]
+)
+def test_an_unknown_robot_is_refused_with_the_nearest_names(name, nearest):
+    with pytest.raises(ValueError, match=f"^name is '{name}'.*Nearest: {nearest}"):
+        robots.describe(name)
+
+
+@given(name=st.text().filter(lambda name: name not in NAMES))
+def test_any_unknown_robot_is_refused(name):
+    with pytest.raises(ValueError, match="^name is .*Nearest: ."):
+        robots.describe(name)
+
+
+def test_a_path_is_no_name_of_a_robot():
+    with pytest.raises(ValueError, match="^name is '../robots/uvms'"):
+        robots.describe("../robots/uvms")
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_an_unknown_variant_is_refused_with_the_nearest_names():
+    with pytest.raises(ValueError, match="^variant is 'fited'.*Nearest: .*fitted"):
+        dx.robots.docking_arm("fited")
+    with pytest.raises(ValueError, match="^variant is 'fitted'"):
+        robots.build(robots.describe("puma560"), variant="fitted")
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize(
+    ("lengths", "error", "message"),
+    [
+        ({"l4": 1}, ValueError, "lengths holds 'l4'.*Nearest: l"),
+        ({"y_mb": 1}, ValueError, "lengths holds 'y_mb'.*Nearest: y_MB"),
+        ({"l2": math.nan}, ValueError, r"lengths\['l2'\] is not finite"),
+        ({"l2": math.inf}, ValueError, r"lengths\['l2'\] is not finite"),
+        ({"l2": "long"}, TypeError, r"lengths\['l2'\] "),
+        ({"l2": True}, TypeError, r"lengths\['l2'\] "),
+    ],
+)
+def test_bad_lengths_are_refused(lengths, error, message):
+    with pytest.raises(error, match=f"^{message}"):
+        robots.build(robots.describe("uvms"), lengths)
+
+
+@pytest.mark.parametrize(
+    "robot", [dx.robots.uvms, lambda rates: robots.build(robots.describe("puma560"), rates=rates)]
+)
+@pytest.mark.parametrize(
+    ("rates", "message"),
+    [
+        ([1] * 5, r"rates has shape \(5,\); \((12|6),\) is needed"),
+        ([[1] * 12], r"rates has shape \(1, 12\)"),
+        (1.0, r"rates has shape \(\)"),
+    ],
+)
+def test_rates_that_do_not_fit_the_robot_are_refused(robot, rates, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        robot(rates=rates)
+
+
+@settings(max_examples=20)
+@given(joint=st.integers(0, 11), rate=st.floats(max_value=0, exclude_max=True, allow_infinity=False))
+def test_negative_rates_of_a_robot_are_refused(joint, rate):
+    rates = [1.0] * 12
+    rates[joint] = rate
+    with pytest.raises(ValueError, match="^rates must be finite and not negative"):
+        dx.robots.uvms(rates=rates)
+
+
+# ---- robot files -----------------------------------------------------------------------------------
+
+SMALL = """
+name = "arm"
+source = "nobody"
+licence = "MIT"
+[lengths]
+a = 0.5
+[variants.long]
+note = "twice as long"
+a = 1.0
+[vehicle]
+size = [1, 2, 3]
+[[joints]]
+name = "slide"
+kind = "prismatic"
+axis = [0, 0, 1]
+lower = -1
+upper = 1
+[[joints]]
+name = "turn"
+axis = [0, 1, 0]
+step = { a = [1, 0, 0] }
+"""
+SMALL_DH = """
+name = "arm"
+source = "nobody"
+licence = "MIT"
+[[dh]]
+name = "turn"
+theta_deg = 90
+a = 0.5
+[[dh]]
+name = "slide"
+kind = "prismatic"
+d = 0.25
+lower = 0
+upper = 1
+"""
+
+
+@pytest.fixture
+def robot_file(tmp_path: Path):
+    def write(content: str | bytes) -> Path:
+        path = tmp_path / "strange_arm.toml"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+def test_ones_own_robot_file_is_read(robot_file):
+    description = robots.read_description(robot_file(SMALL))
+    assert (description.name, description.source, description.licence) == ("arm", "nobody", "MIT")
+    assert description.vehicle_size == (1, 2, 3)
+    chain = robots.build(description)
+    assert chain.joint_names == ("x", "y", "z", "θx", "θy", "θz", "slide", "turn")
+    assert chain.kinds[6:] == ("prismatic", "revolute")
+    assert chain.home[:3, 3].tolist() == [0.5, 0, 0]
+    assert robots.build(description, variant="long").home[:3, 3].tolist() == [1, 0, 0]
+    assert robots.build(description, {"a": 3}).home[:3, 3].tolist() == [3, 0, 0]
+    assert chain.upper[6:].tolist() == [1, math.inf]
+
+
+def test_ones_own_file_of_denavit_hartenberg_rows_is_read(robot_file):
+    chain = robots.build(robots.read_description(str(robot_file(SMALL_DH))))
+    assert chain.kinds == ("revolute", "prismatic")
+    assert_close(chain.home[:3, 3], torch.tensor([0, 0.5, 0.25], dtype=torch.float64), rtol=0, atol=1e-15)
+    assert chain.upper.tolist() == [math.inf, 1]
+
+
+def replaced(old: str, new: str, content: str = SMALL) -> str:
+    assert content.count(old) == 1
+    return content.replace(old, new)
+
+
+BAD_FILES = {
+    "no name": (replaced('name = "arm"', ""), "the file has no name"),
+    "no source": (replaced('source = "nobody"', ""), "the file has no source"),
+    "no licence": (replaced('licence = "MIT"', ""), "the file has no licence"),
+    "empty source": (replaced('"nobody"', '" "'), "source of the file is ' '"),
+    "name is a number": (replaced('"arm"', "3"), "name of the file is 3"),
+    "unknown entry": (replaced('licence = "MIT"', 'licence = "MIT"\nlicense = "MIT"'), r"the file holds \['license'\]"),
+    "no joints": (SMALL.split("[[joints]]")[0], "the file has no joints"),
+    "empty joints": ('joints = []\n' + SMALL.split("[[joints]]")[0], r"joints is \[\]"),
+    "joints are a number": ("joints = 3\n" + SMALL.split("[[joints]]")[0], "joints is 3"),
+    "joints are numbers": ("joints = [3]\n" + SMALL.split("[[joints]]")[0], "joint 1 is 3"),
+    "joints of both kinds": (SMALL + '[[dh]]\nname = "roll"\n', "the file holds .*'joints'"),
+    "no name of a joint": (replaced('name = "turn"', ""), "joint 2 has no name"),
+    "one name for two joints": (replaced('"turn"', '"slide"'), "joint_names holds"),
+    "unknown kind": (replaced('"prismatic"', '"helical"'), "kind of joint 1 is 'helical'"),
+    "kind is a number": (replaced('"prismatic"', "1"), "kind of joint 1 is 1"),
+    "unknown entry of a joint": (replaced("lower = -1", "low = -1"), r"joint 1 holds \['low'\]"),
+    "no axis": (replaced("axis = [0, 1, 0]", ""), "joint 2 has no axis"),
+    "axis of two": (replaced("[0, 1, 0]", "[0, 1]"), r"axis of joint 2 is \[0, 1\]"),
+    "axis is a text": (replaced("[0, 1, 0]", '"010"'), "axis of joint 2 is '010'"),
+    "axis of texts": (replaced("[0, 1, 0]", '[0, "1", 0]'), "axis of joint 2 is '1'"),
+    "axis holds NaN": (replaced("[0, 1, 0]", "[0, nan, 0]"), "axis of joint 2 is nan"),
+    "axis of rotation not of unit length": (replaced("[0, 1, 0]", "[0, 2, 0]"), r"screws\[1\] .*length 2"),
+    "axis of translation not of unit length": (replaced("[0, 0, 1]", "[0, 1, 1]"), r"screws\[0\] .*length 1.41"),
+    "axis of zeros": (replaced("[0, 1, 0]", "[0, 0, 0]"), r"screws\[1\] .*length 0"),
+    "lower limit is a text": (replaced("lower = -1", 'lower = "-1"'), "lower of joint 1 is '-1'"),
+    "lower limit above the upper": (replaced("lower = -1", "lower = 2"), "lower exceeds upper at joint 1"),
+    "step by an unknown length": (replaced("{ a =", "{ b ="), r"step of joint 2 holds \['b'\]"),
+    "step is a number": (replaced("{ a = [1, 0, 0] }", "0.5"), "step of joint 2 is 0.5"),
+    "step by a number": (replaced("{ a = [1, 0, 0] }", "{ a = 1 }"), "step a of joint 2 is 1"),
+    "length is a text": (replaced("a = 0.5", 'a = "0.5"'), "a of lengths is '0.5'"),
+    "length is a truth value": (replaced("a = 0.5", "a = true"), "a of lengths is True"),
+    "length is infinite": (replaced("a = 0.5", "a = inf"), "a of lengths is inf"),
+    "length is a date": (replaced("a = 0.5", "a = 1979-05-27"), "a of lengths is datetime"),
+    "lengths are a number": ("lengths = 1\n" + replaced("[lengths]\na = 0.5", ""), "lengths is 1"),
+    "variant without note": (replaced('note = "twice as long"', ""), "variant long has no note"),
+    "variant of an unknown length": (replaced("a = 1.0", "b = 1.0"), r"variant long holds \['b'\]"),
+    "variant of a text": (replaced("a = 1.0", 'a = "1.0"'), "a of variant long is '1.0'"),
+    "variant is a number": (replaced('[variants.long]\nnote = "twice as long"\na = 1.0', "[variants]\nlong = 2"), "variant long is 2"),
+    "vehicle without size": (replaced("size = [1, 2, 3]", ""), "vehicle has no size"),
+    "vehicle of two sides": (replaced("size = [1, 2, 3]", "size = [1, 2]"), r"size is \[1, 2\]"),
+    "unknown entry of the vehicle": (replaced("size =", "mass = 3\nsize ="), r"vehicle holds \['mass'\]"),
+    "vehicle is a number": (replaced("[vehicle]\nsize = [1, 2, 3]", "").replace("[lengths]", "vehicle = 1\n[lengths]"), "vehicle is 1"),
+    "lengths beside rows": (SMALL_DH + "[lengths]\na = 1\n", r"the file holds \['lengths'\]"),
+    "row entry is a text": (replaced("a = 0.5", 'a = "0.5"', SMALL_DH), "a of joint 1 is '0.5'"),
+    "row angle is a text": (replaced("theta_deg = 90", 'theta_deg = "90"', SMALL_DH), "theta_deg of joint 1 is '90'"),
+    "unknown row entry": (replaced("theta_deg = 90", "theta = 1.57", SMALL_DH), r"joint 1 holds \['theta'\]"),
+    "huge integer": (replaced("d = 0.25", f"d = {10**400}", SMALL_DH), ""),
+    "not TOML": ("name: arm\n", ""),
+    "empty": ("", "the file has no"),
+    "binary": (bytes(range(256)), ""),
+    "UTF-16": (SMALL.encode("utf-16"), ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("content", "message"), BAD_FILES.values(), ids=BAD_FILES)
+def test_a_malformed_robot_file_is_refused_with_its_name_and_the_entry(robot_file, content, message):
+    with pytest.raises(ValueError, match=rf"(?s)^strange_arm.toml is not a robot file: .*{message}"):
+        robots.read_description(robot_file(content))
+
+
+VALUES = [
+    "",
+    "true",
+    '"text"',
+    "nan",
+    "-inf",
+    "[]",
+    "{}",
+    "[1, 0]",
+    "[[1]]",
+    "1979-05-27",
+    "-1",
+    "0",
+    "1e200",
+    "{ l9 = [1, 0, 0] }",
+]
+VALUE_LINES = [
+    i for i, line in enumerate(UVMS_FILE.splitlines()) if " = " in line and not line.startswith("#")
+]
+
+
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("robots") / "strange_arm.toml"
+
+
+@given(line=st.sampled_from(VALUE_LINES), value=st.sampled_from(VALUES))
+def test_a_robot_file_with_any_value_replaced_is_a_robot_or_is_refused(scratch, line, value):
+    lines = UVMS_FILE.splitlines()
+    lines[line] = lines[line].split(" = ")[0] + f" = {value}"
+    scratch.write_text("\n".join(lines), encoding="utf-8")
+    try:
+        description = robots.read_description(scratch)
+    except ValueError as error:
+        assert str(error).startswith("strange_arm.toml is not a robot file: ")
+    else:
+        assert robots.build(description).joints == 12
+
+
+@given(lines=st.sets(st.sampled_from(range(len(UVMS_FILE.splitlines()))), min_size=1, max_size=3))
+def test_a_robot_file_with_lines_left_out_is_a_robot_or_is_refused(scratch, lines):
+    kept = [line for i, line in enumerate(UVMS_FILE.splitlines()) if i not in lines]
+    scratch.write_text("\n".join(kept), encoding="utf-8")
+    try:
+        description = robots.read_description(scratch)
+    except ValueError as error:
+        assert str(error).startswith("strange_arm.toml is not a robot file: ")
+    else:
+        assert robots.build(description).joints in (5, 6, 11, 12)
+
+
+@given(content=st.binary(max_size=200))
+def test_any_bytes_are_a_robot_or_are_refused(scratch, content):
+    scratch.write_bytes(content)
+    with pytest.raises(ValueError, match=r"(?s)^strange_arm.toml is not a robot file: ."):
+        robots.read_description(scratch)
+
+
+def test_a_robot_file_that_is_not_there_is_said_so(tmp_path):
+    with pytest.raises(FileNotFoundError, match="nowhere.toml"):
+        robots.read_description(tmp_path / "nowhere.toml")
