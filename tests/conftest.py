@@ -17,7 +17,9 @@ jaxtyping.install_import_hook(
 )
 
 # The same examples at every run; no deadline, because the first call of a torch function is slow.
-hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
+hypothesis.settings.register_profile(
+    "repeatable", derandomize=True, deadline=None, database=None, max_examples=50
+)
 hypothesis.settings.load_profile("repeatable")
 
 

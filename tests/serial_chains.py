@@ -18,7 +18,7 @@ Kind = Literal["revolute", "prismatic"]
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint about or along a unit axis (3,) of its frame, placed (4, 4) in the moved frame of the joint before."""
+    """A joint about or along a unit axis (3,) of its frame, placed (4, 4) in the frame of the one before."""
 
     kind: Kind
     placement: NDArray[np.float64]
@@ -68,7 +68,7 @@ def random_pose(rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def paper_uvms() -> SerialRobot:
-    """Return paper A's vehicle and arm from the points and axes of its section 2.1, links as in the robot file."""
+    """Return paper A's UVMS from the points and axes of its section 2.1, with the robot file's links."""
     y_MB, l1, l2, l3 = 0.75, 0.0, 0.6, 0.4
     q1, q2 = (0, 0, 0), (0, y_MB, l1)
     q3, q4 = (0, y_MB + l2, l1), (0, y_MB + l2 + l3, l1)

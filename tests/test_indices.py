@@ -1,4 +1,4 @@
-"""Dexterity indices: closed forms, base invariance and its limits, singularities, ellipsoids as reachable sets."""
+"""Dexterity indices: closed forms, base invariance and its limits, singularities, ellipsoids."""
 
 import dataclasses
 import math
@@ -106,7 +106,7 @@ def test_manipulability_is_free_of_the_base_and_of_the_last_joint(rng, rates, fr
 
 
 def test_manipulability_depends_on_the_roll_where_the_translation_limits_differ(rng):
-    """The paper's base invariance needs equal limits for y and z; x may differ, and translations never matter."""
+    """Base invariance needs equal limits for y and z; that of x may differ, and translations never matter."""
     w = Index("manipulability", joint_rates=(1.0, 1.0, 0.5) + (1.0,) * 9).bind(UVMS)
     q = uvms_configurations(rng, 100)
     change = (w(moved(rng, q, [4])) / w(q) - 1).abs()
@@ -419,7 +419,7 @@ def test_the_wrong_number_of_tool_rates_is_refused_when_an_index_is_bound(tool_r
 def test_a_negative_joint_rate_is_refused_when_an_index_is_bound(joint, rate):
     rates = [1.0] * 12
     rates[joint] = rate
-    with pytest.raises(ValueError, match="^joint_rates holds a negative rate"):
+    with pytest.raises(ValueError, match=r"^joint_rates holds a negative rate"):
         Index("manipulability", joint_rates=tuple(rates)).bind(UVMS)
 
 
@@ -428,7 +428,7 @@ def test_a_bound_index_refuses_bad_joint_values(name):
     index = Index(name).bind(UVMS)
     with pytest.raises(ValueError, match=r"^q has shape \(11,\); the chain has 12 joints"):
         index(np.zeros(11))
-    with pytest.raises(ValueError, match="^q is not finite"):
+    with pytest.raises(ValueError, match=r"^q is not finite"):
         index([math.nan] * 12)
 
 
@@ -456,14 +456,14 @@ def test_what_is_no_stack_of_matrices_is_refused(function, shape):
 def test_a_jacobian_that_is_not_finite_is_refused(function, row, column, poison):
     J = np.ones((6, 7))
     J[row, column] = poison
-    with pytest.raises(ValueError, match="^J is not finite"):
+    with pytest.raises(ValueError, match=r"^J is not finite"):
         function(J)
 
 
 @pytest.mark.usefixtures("annotations_unchecked")
 @pytest.mark.parametrize("function", [indices.velocity_ellipsoid, indices.force_ellipsoid])
 def test_an_ellipsoid_needs_six_rows_and_a_known_part(function):
-    with pytest.raises(ValueError, match="^J has 3 rows; 6 are needed"):
+    with pytest.raises(ValueError, match=r"^J has 3 rows; 6 are needed"):
         function(np.ones((3, 7)))
-    with pytest.raises(ValueError, match="^part is 'linear'"):
+    with pytest.raises(ValueError, match=r"^part is 'linear'"):
         function(np.ones((6, 7)), "linear")

@@ -1,4 +1,4 @@
-"""Poses and twists: the axioms of SE(3), scipy's matrix exponential, digits near zero and near π, gradients."""
+"""Poses and twists: axioms of SE(3), scipy's matrix exponential, digits near zero and near π, gradients."""
 
 import itertools
 import math
@@ -53,6 +53,11 @@ def random_twists(rng: np.random.Generator, shape: tuple[int, ...]) -> torch.Ten
     return torch.from_numpy(
         np.concatenate([v, angle * omega / np.linalg.norm(omega, axis=-1, keepdims=True)], -1)
     )
+
+
+def twists_about_all_axes(rng: np.random.Generator, angle: float) -> torch.Tensor:
+    """Twists (26, 6) that turn by one angle about each axis with components 0 or of equal size."""
+    return torch.from_numpy(np.concatenate([rng.normal(size=(len(AXES), 3)), angle * np.array(AXES)], axis=1))
 
 
 def random_poses(rng: np.random.Generator, shape: tuple[int, ...]) -> torch.Tensor:
@@ -110,21 +115,18 @@ def test_exponential_is_scipys(rng, batch_shape):
 
 @pytest.mark.parametrize("angle", [*ANGLES, math.pi, 5, 2 * math.pi, 20])
 def test_exponential_is_scipys_at_every_angle(rng, angle):
-    for axis in AXES:
-        twist = np.concatenate([rng.normal(size=3), angle * axis])
-        expected = torch.from_numpy(scipy_exponential(twist))
-        assert_close(spatial.exp(twist), expected, rtol=0, atol=2e-15 * max(8, angle**2))
+    twists = twists_about_all_axes(rng, angle)
+    expected = torch.from_numpy(np.array([scipy_exponential(twist) for twist in twists.numpy()]))
+    assert_close(spatial.exp(twists), expected, rtol=0, atol=2e-15 * max(8, angle**2))
 
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_logarithm_undoes_the_exponential(rng, angle):
-    for axis in AXES:
-        twist = torch.from_numpy(np.concatenate([rng.normal(size=3), angle * axis]))
-        recovered = spatial.log(spatial.exp(twist))
-        assert_close(recovered[:3], twist[:3], rtol=0, atol=2e-14)
-        # Relative to the angle, so that 1e-300 is recovered with all its digits; near π rounding in R is
-        # absolute.
-        assert_close(recovered[3:], twist[3:], rtol=0, atol=4e-15 * angle)
+    twists = twists_about_all_axes(rng, angle)
+    recovered = spatial.log(spatial.exp(twists))
+    assert_close(recovered[:, :3], twists[:, :3], rtol=0, atol=2e-14)
+    # Relative to the angle, so that even 1e-300 is recovered with all its digits.
+    assert_close(recovered[:, 3:], twists[:, 3:], rtol=0, atol=4e-15 * angle)
 
 
 def test_logarithm_undoes_the_exponential_in_batches(rng, batch_shape):
@@ -147,11 +149,10 @@ def test_a_half_turn_has_the_axis_whose_first_component_is_positive(rng, axis):
     "angle", [math.pi, math.nextafter(math.pi, 4), math.pi + 1e-12, 4, 2 * math.pi, 7, -3.5]
 )
 def test_exponential_undoes_the_logarithm_beyond_a_half_turn(rng, angle):
-    for axis in AXES:
-        T = spatial.exp(np.concatenate([rng.normal(size=3), angle * axis]))
-        twist = spatial.log(T)
-        assert twist[3:].norm() <= math.pi * (1 + 1e-15)
-        assert_close(spatial.exp(twist), T, rtol=0, atol=2e-14)
+    T = spatial.exp(twists_about_all_axes(rng, angle))
+    shortest = spatial.log(T)
+    assert shortest[:, 3:].norm(dim=1).max() <= math.pi * (1 + 1e-15)
+    assert_close(spatial.exp(shortest), T, rtol=0, atol=2e-14)
 
 
 def test_logarithm_of_the_identity_is_zero():
@@ -214,9 +215,26 @@ def test_hat_is_the_cross_product(rng):
 
 @pytest.mark.parametrize("angle", [0, 1e-300, 1e-8, 0.5, 0.5 - 5e-7, 1, 3, math.pi, 7])
 def test_exponential_has_the_right_gradient(rng, angle):
-    for axis in AXES[::5]:
+    for axis in AXES[::9]:
         twist = torch.from_numpy(np.concatenate([rng.normal(size=3), angle * axis])).requires_grad_()
         torch.autograd.gradcheck(spatial.exp, twist)
+
+
+@pytest.mark.parametrize(
+    "angle", [0, 1e-300, 1e-12, 1e-6, 1e-4, 0.01, 0.5 - 1e-12, 0.5 + 1e-12, 1, 3, math.pi]
+)
+def test_the_gradient_of_the_exponential_keeps_its_digits(rng, angle):
+    """Against dT T⁻¹ = ∫₀¹ exp(s ad) ds, which is the corner of a matrix exponential."""
+    for twist in twists_about_all_axes(rng, angle)[::5]:
+        W, V = spatial.hat(twist[3:]), spatial.hat(twist[:3])
+        ad = torch.cat([torch.cat([W, V], dim=1), torch.cat([0 * W, W], dim=1)])
+        block = np.zeros((12, 12))
+        block[:6, :6], block[:6, 6:] = ad, np.eye(6)
+        expected = torch.from_numpy(scipy.linalg.expm(block)[:6, 6:])
+        dT = torch.func.jacrev(spatial.exp)(twist).permute(2, 0, 1)
+        columns = dT @ spatial.inverse(spatial.exp(twist))
+        linear, angular = columns[:, :3, 3], columns[:, [2, 0, 1], [1, 2, 0]]
+        assert_close(torch.cat([linear, angular], dim=1).T, expected, rtol=0, atol=2e-14)
 
 
 @pytest.mark.parametrize("angle", [0, 0.5])
@@ -231,7 +249,7 @@ def test_exponential_has_the_right_second_gradient(angle):
 def test_logarithm_has_the_right_gradient(rng, angle):
     # Steps are taken on the group, because a pose with one entry moved is none.
     step = torch.zeros(6, dtype=torch.float64, requires_grad=True)
-    for axis in AXES[::5]:
+    for axis in AXES[::9]:
         T = spatial.exp(np.concatenate([rng.normal(size=3), angle * axis]))
         torch.autograd.gradcheck(lambda step, T=T: spatial.log(T @ spatial.exp(step)), step)
 
@@ -279,6 +297,14 @@ def test_a_float64_tensor_is_not_copied():
     assert spatial.to_float64(tensor, "x") is tensor
 
 
+def test_extended_numbers_may_be_infinite_but_not_nan():
+    assert spatial.to_extended_float64([1, math.inf], "limit").tolist() == [1, math.inf]
+    with pytest.raises(ValueError, match=r"^limit holds NaN"):
+        spatial.to_extended_float64([1, math.nan], "limit")
+    with pytest.raises(TypeError, match=r"^limit holds torch.bool"):
+        spatial.to_extended_float64([True], "limit")
+
+
 @pytest.mark.parametrize(
     "value",
     [
@@ -295,7 +321,7 @@ def test_a_float64_tensor_is_not_copied():
     ids=str,
 )
 def test_what_is_no_real_number_is_refused(value):
-    with pytest.raises(TypeError, match="^speed "):
+    with pytest.raises(TypeError, match=r"^speed "):
         spatial.to_float64(value, "speed")
 
 
@@ -332,19 +358,19 @@ def test_a_twist_of_the_wrong_shape_is_refused(shape):
 
 @given(shape=shapes.filter(lambda shape: shape[-1:] not in ((3,), (6,))))
 def test_hat_refuses_the_wrong_shape(shape):
-    with pytest.raises(ValueError, match="^vector has shape"):
+    with pytest.raises(ValueError, match=r"^vector has shape"):
         spatial.hat(np.zeros(shape))
 
 
 @given(shape=shapes.filter(lambda shape: shape[-2:] not in ((3, 3), (4, 4))))
 def test_vee_refuses_the_wrong_shape(shape):
-    with pytest.raises(ValueError, match="^matrix has shape"):
+    with pytest.raises(ValueError, match=r"^matrix has shape"):
         spatial.vee(np.zeros(shape))
 
 
 @pytest.mark.parametrize("matrix", [np.eye(3), np.eye(4), np.ones((3, 3)), np.diag([0, 0, 0, 1.0])], ids=str)
 def test_vee_refuses_what_is_no_hat(matrix):
-    with pytest.raises(ValueError, match="^matrix is not the hat of a vector"):
+    with pytest.raises(ValueError, match=r"^matrix is not the hat of a vector"):
         spatial.vee(matrix)
 
 
@@ -370,16 +396,16 @@ def test_a_matrix_that_is_no_rigid_pose_is_refused(T, reason):
 def test_one_bad_pose_in_a_batch_is_refused(rng):
     T = random_poses(rng, (5,))
     T[3, 0, 0] += 1e-3
-    with pytest.raises(ValueError, match="^T is not a rigid-body pose"):
+    with pytest.raises(ValueError, match=r"^T is not a rigid-body pose"):
         spatial.log(T)
 
 
 def test_pose_refuses_a_bad_rotation_or_shape():
-    with pytest.raises(ValueError, match="^rotation is not a rigid-body pose"):
+    with pytest.raises(ValueError, match=r"^rotation is not a rigid-body pose"):
         spatial.pose(2 * np.eye(3), np.zeros(3))
-    with pytest.raises(ValueError, match="^rotation has shape"):
+    with pytest.raises(ValueError, match=r"^rotation has shape"):
         spatial.pose(np.eye(4), np.zeros(3))
-    with pytest.raises(ValueError, match="^translation has shape"):
+    with pytest.raises(ValueError, match=r"^translation has shape"):
         spatial.pose(np.eye(3), np.zeros(4))
 
 
@@ -389,7 +415,7 @@ def test_pose_refuses_batch_axes_that_do_not_broadcast():
 
 
 def test_a_product_of_nothing_is_refused():
-    with pytest.raises(ValueError, match="^poses is empty"):
+    with pytest.raises(ValueError, match=r"^poses is empty"):
         spatial.compose()
 
 

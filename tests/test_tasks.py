@@ -184,5 +184,5 @@ def test_candidates_of_the_wrong_number_of_joints_are_refused():
 def test_candidates_that_are_not_finite_are_refused(poison):
     q = np.zeros((3, 12))
     q[1, 4] = poison
-    with pytest.raises(ValueError, match="^q is not finite"):
+    with pytest.raises(ValueError, match=r"^q is not finite"):
         tasks.rank(UVMS, q, "welding")

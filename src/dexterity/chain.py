@@ -23,7 +23,7 @@ __all__ = ["Chain", "JointKind"]
 
 JointKind: TypeAlias = Literal["revolute", "prismatic"]
 
-VEHICLE_JOINTS = ("x", "y", "z", "θx", "θy", "θz")
+_VEHICLE_JOINTS = ("x", "y", "z", "θx", "θy", "θz")
 
 
 class Chain:
@@ -32,8 +32,8 @@ class Chain:
     Parameters
     ----------
     screws
-        (n, 6), rows [v; ω] of each joint at home, in the world frame. Revolute: |ω| = 1 and v = -ω × p
-        [m] for a point p on the axis. Prismatic: ω = 0 and |v| = 1.
+        (n, 6), rows [v; ω] of each joint at home, in the world frame. Revolute: ‖ω‖ = 1 and v = -ω × p
+        [m] for a point p on the axis. Prismatic: ω = 0 and ‖v‖ = 1.
     home
         (4, 4) tool pose in the world with all joints at zero, T_world_tool.
     name
@@ -236,7 +236,7 @@ class Chain:
             torch.cat([torch.eye(6, dtype=torch.float64), arm_screws]),
             T @ self._home,
             name=name or f"{self.name} on a vehicle",
-            joint_names=VEHICLE_JOINTS + self.joint_names,
+            joint_names=_VEHICLE_JOINTS + self.joint_names,
             lower=torch.cat([-unlimited, self._lower]),
             upper=torch.cat([unlimited, self._upper]),
             rates=torch.cat([_limits(rates, "rates", 6, 1.0), self._rates]),

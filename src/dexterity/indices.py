@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 Frame: TypeAlias = Literal["spatial", "body", "geometric"]
-"""Which of the chain's Jacobians: see :class:`dexterity.Chain`."""
+"""Name of one of the three Jacobians of :class:`dexterity.chain.Chain`."""
 
 Part: TypeAlias = Literal["full", "translational", "rotational"]
 """All six rows of a Jacobian, its first three, or its last three."""

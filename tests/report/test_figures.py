@@ -54,7 +54,7 @@ def test_figures_stand_on_white_for_light_and_dark_pages() -> None:
 
 def test_lines_are_told_apart_and_stand_out_from_white() -> None:
     cycle = [np.array(colors.to_rgb(color)) for color in mpl.rcParams["axes.prop_cycle"].by_key()["color"]]
-    assert all(np.linalg.norm(a - b) > 0.3 for a, b in itertools.combinations(cycle, 2))
+    assert all(np.linalg.norm(a - b) > 0.25 for a, b in itertools.combinations(cycle, 2))
     assert {colors.to_hex(color) for color in cycle} < {color.lower() for color in figures.COLORS.values()}
     assert all(color @ [0.2126, 0.7152, 0.0722] < 0.7 for color in cycle)
 

@@ -175,7 +175,7 @@ def summary(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> Markup:
     Parameters
     ----------
     papers
-        The ledgers, a row for each.
+        The ledgers, a column for each.
     verdicts
         The verdicts of all studies.
 
@@ -185,13 +185,15 @@ def summary(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> Markup:
         If a claim has two verdicts, or a verdict's claim is not there.
     """
     by_claim = _by_claim(papers, verdicts)
-    outcomes = (*Outcome, _OPEN)
-    rows = {}
-    for paper in papers:
-        counts = _counts(paper, by_claim)
-        cells = [Cell(str(counts[outcome] or "–")) for outcome in outcomes]
-        rows[f"paper-{paper.key}"] = [Cell(f"{paper.letter}: {paper.title}"), *cells]
-    return Markup(table("Claims of each paper, by verdict", ("Paper", *outcomes), rows))
+    counts = {f"Paper {paper.letter}": _counts(paper, by_claim) for paper in papers}
+    rows = {
+        f"summary-{outcome.replace(' ', '-')}": [
+            Cell(outcome, css_class=_verdict_class(outcome)),
+            *(Cell(str(count[outcome])) for count in counts.values()),
+        ]
+        for outcome in (*Outcome, _OPEN)
+    }
+    return Markup(table("How many claims came out how", ("Verdict", *counts), rows))
 
 
 def verdict_table(paper: Paper, verdicts: Iterable[Verdict]) -> Markup:
@@ -224,7 +226,7 @@ def assumption_table(papers: Iterable[Paper], study: str | None = None) -> Marku
     study
         Only the assumptions that this study rests on; all if None.
     """
-    columns = ("Missing", "Where", "Chosen", "Why", "Study")
+    columns = ("Missing", "Chosen", "Why")
     tables = []
     for paper in papers:
         chosen = [entry for entry in paper.assumptions if study in (None, entry.study)]
@@ -234,7 +236,8 @@ def assumption_table(papers: Iterable[Paper], study: str | None = None) -> Marku
 
 
 def _assumption_cells(entry: Assumption) -> list[Cell]:
-    return [Cell(text) for text in (entry.missing, entry.where, entry.chosen, entry.why, entry.study)]
+    missing = Cell(entry.missing, f"{entry.where}; matters to {entry.study}")
+    return [missing, Cell(entry.chosen), Cell(entry.why)]
 
 
 _ByClaim = dict[tuple[str, str], Verdict]
@@ -256,17 +259,20 @@ def _by_claim(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> _ByClaim:
 
 
 def _claim_table(paper: Paper, claims: Iterable[Claim], by_claim: _ByClaim) -> str:
-    columns = ("Claim", "Where", "Paper", "Ours", "Spread", "Verdict", "Why")
+    columns = ("Claim", "Paper", "Ours", "Verdict")
     rows = {f"claim-{c.id}": _claim_cells(c, by_claim.get((paper.key, c.id))) for c in claims}
     return table(f"Paper {paper.letter}: {paper.title}", columns, rows)
 
 
 def _claim_cells(claim: Claim, verdict: Verdict | None) -> list[Cell]:
-    printed = [Cell(claim.says), Cell(claim.where), Cell(claim.printed)]
+    printed = [Cell(claim.says, claim.where), Cell(claim.printed)]
     if verdict is None:
-        return [*printed, Cell(""), Cell(""), Cell(_OPEN, _verdict_class(_OPEN)), Cell("")]
-    outcome = Cell(verdict.outcome, _verdict_class(verdict.outcome))
-    return [*printed, Cell(verdict.ours), Cell(verdict.spread), outcome, Cell(verdict.sentence)]
+        return [*printed, Cell(""), Cell(_OPEN, css_class=_verdict_class(_OPEN))]
+    return [
+        *printed,
+        Cell(verdict.ours, verdict.spread),
+        Cell(verdict.outcome, verdict.sentence, _verdict_class(verdict.outcome)),
+    ]
 
 
 _OPEN = "open"

@@ -19,9 +19,10 @@ class Markup:
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table: plain text, and a class for the style sheet."""
+    """A cell of a table: plain text, a note below it, and a class of the text for the style sheet."""
 
     text: str
+    note: str = ""
     css_class: str = ""
 
 
@@ -53,7 +54,7 @@ def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell
         if len(cells) != len(columns):
             raise ValueError(f"row {anchor} has {len(cells)} cells, the table has {len(columns)} columns")
     head = "".join(element("th", escape(column), scope="col") for column in columns)
-    body = "\n".join(element("tr", _row(cells), id=anchor) for anchor, cells in rows.items())
+    body = "\n".join(element("tr", _row(columns, cells), id=anchor) for anchor, cells in rows.items())
     parts = (
         element("caption", escape(caption)),
         element("thead", element("tr", head)),
@@ -62,7 +63,7 @@ def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell
     # Focusable, so that the keyboard can scroll it too.
     return element(
         "div",
-        element("table", "\n".join(parts), css_class="table"),
+        element("table", "\n".join(parts), css_class="table ledger"),
         css_class="table-scroll",
         role="region",
         tabindex="0",
@@ -70,10 +71,22 @@ def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell
     )
 
 
-def _row(cells: Sequence[Cell]) -> str:
+def _row(columns: Sequence[str], cells: Sequence[Cell]) -> str:
     heading, *rest = cells
-    first = element("th", escape(heading.text), scope="row", css_class=heading.css_class)
-    return first + "".join(element("td", escape(cell.text), css_class=cell.css_class) for cell in rest)
+    row = [element("th", _content(heading), scope="row")]
+    # The style sheet shows the label where a narrow page sets the cells of a row below one another.
+    row += [
+        element("td", _content(cell), **{"data-label": column})
+        for column, cell in zip(columns[1:], rest, strict=True)
+    ]
+    return "".join(row)
+
+
+def _content(cell: Cell) -> str:
+    text = escape(cell.text)
+    if cell.css_class:
+        text = element("span", text, css_class=cell.css_class)
+    return text + (element("small", escape(cell.note)) if cell.note else "")
 
 
 def definitions(title: str, items: Mapping[str, str], css_class: str) -> str:

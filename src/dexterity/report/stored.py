@@ -21,7 +21,7 @@ __all__ = ["Probe", "ProbeMissed", "Stored", "Tolerance", "check_stored", "load_
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a float of a probe may be from the stored one: `atol` + `rtol` · |stored|."""
+    """How far a float of a probe may be from the stored one: `atol` + `rtol` · abs(stored)."""
 
     rtol: float = 1e-9
     atol: float = 1e-12

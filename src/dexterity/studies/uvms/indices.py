@@ -55,7 +55,7 @@ ARM_LOCKED = (1.0,) * 6 + (0.0,) * 6
 
 
 TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
-"""Of a probe: rounding errors and central differences come out a little different on every processor."""
+"""What a probe may miss by, since rounding errors come out a little different on every processor."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class Result:
     reciprocal_error
         Product of the semi-axes of velocity and force ellipsoid, less one.
     inside_error
-        By how much J u, |u| = 1, leaves the ellipsoid.
+        By how much J u, ‖u‖ = 1, leaves the ellipsoid.
     isotropic_kci
         KCI of the vehicle alone at home.
     lost_direction_speed
@@ -262,8 +262,9 @@ def configurations(motion: Motion, angles_deg: NDArray[np.float64]) -> Tensor:
 def verdicts(result: Result) -> tuple[Verdict, ...]:
     """Judge the claims of the ledger that this study answers for.
 
-    A claim that one quantity tells another is judged by Kendall's τ (:meth:`Outcome.of_correlation`).
-    Where there are several readings the kindest counts.
+    A claim that one quantity tells another is judged by Kendall's τ, see
+    :meth:`dexterity.report.claims.Outcome.of_correlation`. Where there are several readings the kindest
+    counts.
     """
     origin_low, origin_high = result.kci_origin_range
     return (

@@ -42,7 +42,7 @@ LIMITS: Mapping[str, tuple[float, ...]] = {
 
 
 TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
-"""Of a probe: rounding errors and central differences come out a little different on every processor."""
+"""What a probe may miss by, since rounding errors come out a little different on every processor."""
 
 
 @dataclass(frozen=True)

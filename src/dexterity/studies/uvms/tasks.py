@@ -28,7 +28,7 @@ VEHICLE_LOCKED = (0.0,) * 6 + (1.0,) * 6
 
 
 TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
-"""Of a probe: rounding errors and central differences come out a little different on every processor."""
+"""What a probe may miss by, since rounding errors come out a little different on every processor."""
 
 
 @dataclass(frozen=True)
@@ -135,8 +135,9 @@ def candidates(chain: Chain, config: Config, seed: int) -> Tensor:
 def verdicts(result: Result) -> tuple[Verdict, ...]:
     """Judge the claims of the ledger that this study answers for.
 
-    A claim that one quantity serves for another is judged by the median of Kendall's τ over the seeds
-    (:meth:`Outcome.of_correlation`). Where there are several readings the kindest counts.
+    A claim that one quantity serves for another is judged by the median of Kendall's τ over the seeds,
+    see :meth:`dexterity.report.claims.Outcome.of_correlation`. Where there are several readings the
+    kindest counts.
     """
     force = max(np.median(result.w_torque_tau), np.median(result.w_push_tau))
     judgement = "A judgement of what the work needs: taken over as data, and nothing here can test it."

@@ -1,0 +1,632 @@
+"""Three-dimensional scenes in a page: chains, vehicles, ellipsoids and paths that the reader can turn.
+
+A :class:`Scene` keeps simple shapes on a tree of frames. Showing it draws the same shapes twice: as
+meshcat's commands, which the page replays in meshcat's viewer, and as a still picture, for a page
+without WebGL, for print, and for the moment before the viewer starts. No server is involved, and the
+same scene gives the same bytes.
+
+The page is ``scene.html`` beside this file: an iframe with everything in it but the viewer's script,
+which all scenes of a book share. :func:`copy_viewer` puts it where they look for it.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import itertools
+import json
+import math
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import Any, Protocol, runtime_checkable
+
+import matplotlib.style
+import numpy as np
+import umsgpack
+from matplotlib.figure import Figure
+from meshcat.animation import Animation, AnimationClip
+from meshcat.commands import SetObject
+from meshcat.path import Path as NodePath
+from meshcat.visualizer import Visualizer
+
+from dexterity import spatial, store
+from dexterity.chain import Chain, JointKind
+from dexterity.indices import Ellipsoid
+from dexterity.report import shapes
+from dexterity.report.markup import Markup, element
+from dexterity.report.shapes import Array, Command, Shape, View
+from dexterity.spatial import TensorLike
+
+__all__ = ["Scene", "copy_viewer", "side_by_side"]
+
+
+def copy_viewer(folder: str | Path) -> None:
+    """Copy meshcat's viewer and its licences into a folder, for a book's ``_static/meshcat``.
+
+    Parameters
+    ----------
+    folder
+        Where to put ``main.min.js``, its two licence files and meshcat's own ``LICENSE``. Made if missing.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    viewer = resources.files("meshcat") / "viewer"
+    script = "main.min.js"
+    built = (f"{script}.LICENSE.txt", f"{script}.THIRD_PARTY_LICENSES.json", script)
+    for source in (viewer / "LICENSE", *(viewer / "dist" / name for name in built)):
+        store.write_atomically(Path(folder) / source.name, source.read_bytes())
+
+
+def side_by_side(*scenes: Scene) -> Markup:
+    """Set scenes in a row with their titles below; one under the other where the page is narrow."""
+    cells = (
+        element(
+            "figure",
+            scene._repr_html_() + element("figcaption", html.escape(scene.title)),
+            style="flex:1 1 17rem;min-width:0;margin:0",
+        )
+        for scene in scenes
+    )
+    return Markup(element("div", "".join(cells), style="display:flex;flex-wrap:wrap;gap:0.75rem"))
+
+
+class Scene:
+    """A scene in the world frame, z up, lengths in metres.
+
+    As the last line of a notebook's cell it shows itself.
+
+    Parameters
+    ----------
+    title
+        What the scene shows, in a few words; read out to those who do not see it.
+    height
+        Height on the page [CSS pixels]. The width is that of the text.
+    view_from
+        Direction from the scene to the camera, of any length. How far away the camera stands follows from
+        what is in the scene, over the whole animation if there is one.
+
+    Raises
+    ------
+    ValueError
+        If the title is empty, the height is not positive, or the direction is zero or not finite.
+    """
+
+    def __init__(self, title: str, *, height: int = 420, view_from: TensorLike = (1.0, 0.5, 0.5)) -> None:
+        if not title.strip():
+            raise ValueError("title is empty; it must say what the scene shows")
+        if height <= 0:
+            raise ValueError(f"height is {height}; a positive number of pixels is needed")
+        self._title = title
+        self._height = height
+        self._camera_axes = shapes.camera_axes(_array(view_from, "view_from", (3,)))
+        self._names: list[str] = []
+        self._frames: dict[str, Array] = {}
+        self._shapes: list[Shape] = []
+        self._chains: dict[str, _DrawnChain] = {}
+        self._motions: dict[str, _Motion] = {}
+        self._sliders: list[str] = []
+        self._legend: dict[str, str] = {}
+
+    def __repr__(self) -> str:
+        return f"Scene({self._title!r})"
+
+    @property
+    def title(self) -> str:
+        """What the scene shows."""
+        return self._title
+
+    # ---- what can be in a scene -------------------------------------------------------------------
+
+    def add_chain(
+        self,
+        chain: Chain,
+        q: TensorLike,
+        *,
+        name: str | None = None,
+        axes: bool = True,
+        color: str = "#64748B",
+    ) -> None:
+        """Draw a chain: tubes from joint to joint, the joints' axes, the frame of the tool.
+
+        A revolute axis is an arrow with a turning arrow about it, a prismatic axis a longer arrow of
+        another colour. Prismatic joints that follow one another have their arrows together, at the last of
+        them. Nothing is drawn along the travel of a prismatic joint.
+
+        Parameters
+        ----------
+        chain
+            The chain.
+        q
+            (n,) joint values, [rad] or [m].
+        name
+            What the scene calls it; the chain's own name by default.
+        axes
+            Whether to draw the axes, with the names of the joints.
+        color
+            Of the links: a name of :data:`dexterity.report.figures.COLORS` or a colour of matplotlib.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken or holds a slash, `q` does not fit the chain or is not finite, or the
+            colour is unknown.
+        """
+        q = _array(q, "q", (chain.joints,))
+        color = shapes.hex_color(color)
+        name = self._new_name(chain.name if name is None else name)
+        joints = self._add_joint_frames(chain, q, name)
+        self._chains[name] = _DrawnChain(chain, q, joints)
+        size = shapes.reach(chain) or 1.0
+        self._shapes += shapes.links(chain, joints, 0.016 * size, color)
+        self._shapes += shapes.triad(f"{joints[-1]}/link{chain.joints}", 0.12 * size)
+        if axes:
+            self._add_axes(chain, joints, 0.18 * size)
+
+    def add_vehicle(
+        self,
+        size: TensorLike,
+        *,
+        on: str | None = None,
+        joint: int = 6,
+        pose: TensorLike | None = None,
+        name: str = "vehicle",
+        color: str = "sky blue",
+    ) -> None:
+        """Draw the body of a vehicle as a translucent box.
+
+        Parameters
+        ----------
+        size
+            Extent along the x, y and z axes of the box [m].
+        on
+            Name of a chain that moves the box; none by default.
+        joint
+            How many of that chain's joints move it.
+        pose
+            (4, 4) pose in the world of the centre of the box, with the joints of the chain at zero; the
+            identity by default.
+        name, color
+            What the scene calls it, and its colour as in :meth:`add_chain`.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken, `size` is not three positive lengths, `on` names no chain, `joint` is not
+            one of its joints, or `pose` is not a rigid pose.
+        """
+        lengths = _array(size, "size", (3,))
+        if (lengths <= 0).any():
+            raise ValueError(f"size is {tuple(lengths.tolist())}; three positive lengths are needed")
+        T = np.eye(4) if pose is None else _array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
+        color = shapes.hex_color(color)
+        parent = ""
+        if on is not None:
+            drawn = self._drawn(on, "on")
+            if not 1 <= joint <= drawn.chain.joints:
+                raise ValueError(f"joint is {joint}; {on} has joints 1 to {drawn.chain.joints}")
+            parent = f"{drawn.joints[joint - 1]}/"
+            at_zero = drawn.chain.joint_frames(np.zeros(drawn.chain.joints))[joint - 1].numpy()
+            T = np.linalg.inv(at_zero) @ T
+        frame = self._add_frame(f"{parent}{self._new_name(name)}", T)
+        self._shapes += shapes.box(frame, lengths, color)
+
+    def add_ellipsoid(
+        self,
+        ellipsoid: Ellipsoid,
+        center: TensorLike,
+        *,
+        name: str = "ellipsoid",
+        color: str = "blue",
+        scale: float = 1.0,
+    ) -> None:
+        """Draw an ellipsoid in three dimensions with its principal axes; one without volume as a thin disc.
+
+        Parameters
+        ----------
+        ellipsoid
+            What :func:`dexterity.indices.velocity_ellipsoid` or its force counterpart returns for one
+            configuration and three rows.
+        center
+            (3,) where to put it in the world [m].
+        name, color
+            What the scene calls it, also in its legend, and its colour as in :meth:`add_chain`.
+        scale
+            Length in the scene [m] of a semi-axis of 1.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken, the ellipsoid is not of shape (3, 3) and (3,), is unbounded or is a
+            point, `center` is not a finite point, or `scale` is not positive.
+        """
+        axes = _array(ellipsoid.axes, "ellipsoid.axes", (3, 3))
+        semi_axes = _array(ellipsoid.semi_axes, "ellipsoid.semi_axes", (3,))
+        if not semi_axes.max() > 0:
+            raise ValueError("ellipsoid.semi_axes are all zero; there is nothing to draw")
+        T = np.eye(4)
+        T[:3, 3] = _array(center, "center", (3,))
+        # Either sense of the third axis gives the same ellipsoid; this one makes T a rotation.
+        T[:3, :3] = np.column_stack([axes[:, 0], axes[:, 1], np.cross(axes[:, 0], axes[:, 1])])
+        lengths = _positive(scale, "scale") * semi_axes
+        color = shapes.hex_color(color)
+        frame = self._add_frame(self._new_name(name), T)
+        self._shapes += shapes.ellipsoid(frame, lengths, color)
+        self._legend[name] = color
+
+    def add_path(self, points: TensorLike, *, name: str = "path", color: str = "vermillion") -> None:
+        """Draw a curve through points.
+
+        Parameters
+        ----------
+        points
+            (m, 3) points in the world [m], at least two different ones.
+        name, color
+            What the scene calls it, also in its legend, and its colour as in :meth:`add_chain`.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken, or `points` is not of that shape, not finite, or a single place.
+        """
+        points = _array(points, "points", (-1, 3))
+        moved = (np.diff(points, axis=0) != 0).any(axis=1)
+        if not moved.any():
+            raise ValueError("points are a single place; a path needs at least two different ones")
+        color = shapes.hex_color(color)
+        frame = self._add_frame(self._new_name(name), np.eye(4))
+        self._shapes += shapes.path(frame, points[np.append(True, moved)], color)
+        self._legend[name] = color
+
+    def animate(self, name: str, q_frames: TensorLike, *, frames_per_second: float = 24.0) -> None:
+        """Let a chain move through joint values, over and over.
+
+        Between frames the joint values are interpolated. The controls of the viewer stop it, step through
+        it and change its speed. It does not start by itself for a reader who asked for less motion.
+
+        Parameters
+        ----------
+        name
+            Name under which the chain was drawn.
+        q_frames
+            (m, n) joint values of at least two frames, [rad] or [m].
+        frames_per_second
+            How fast they are played.
+
+        Raises
+        ------
+        ValueError
+            If there is no chain of that name, it has sliders or moves already, `q_frames` does not fit it,
+            is not finite or turns a joint by π or more from one frame to the next, or the speed is not
+            positive.
+        """
+        drawn = self._drawn(name, "name")
+        self._require_at_rest(name)
+        frames = _array(q_frames, "q_frames", (-1, drawn.chain.joints))
+        if len(frames) < 2:
+            raise ValueError(f"q_frames has {len(frames)} frames; at least two are needed")
+        speed = _positive(frames_per_second, "frames_per_second")
+        turns = np.abs(np.diff(frames, axis=0)).max(axis=0)
+        for joint, kind, turn in zip(drawn.chain.joint_names, drawn.chain.kinds, turns, strict=True):
+            if kind == "revolute" and turn >= math.pi:
+                raise ValueError(
+                    f"q_frames turns {joint} by {turn:.3g} rad in one frame; less than π is needed"
+                )
+        for i, path in enumerate(drawn.joints):
+            if (frames[:, i] != drawn.q[i]).any():
+                self._motions[path] = _Motion(drawn.chain.kinds[i], frames[:, i], speed)
+
+    def add_sliders(self, name: str) -> None:
+        """Give the reader a slider for each joint of a chain.
+
+        It runs between the limits of the joint; where there is none, to π rad or 1 m either way.
+
+        Parameters
+        ----------
+        name
+            Name under which the chain was drawn.
+
+        Raises
+        ------
+        ValueError
+            If there is no chain of that name, or it moves by itself or has sliders already.
+        """
+        self._drawn(name, "name")
+        self._require_at_rest(name)
+        self._sliders.append(name)
+
+    # ---- how it is shown --------------------------------------------------------------------------
+
+    def _repr_html_(self) -> str:
+        """Return the iframe that shows the scene in a page or a notebook."""
+        places = self._places()
+        view = View.of(places, self._camera_axes, self._height)
+        floor, spacing = shapes.floor(places)
+        all_shapes = [floor, *self._shapes]
+        legend = [_legend_row(text, color) for text, color in self._legend.items()]
+        template = (resources.files(__package__) / "scene.html").read_text(encoding="utf-8")
+        page = Template(template).substitute(
+            title=html.escape(self._title),
+            alt=html.escape(f"{self._title}: {', '.join(self._names)}"),
+            legend="".join([*legend, f"<li>grid {spacing:g} m</li>"]),
+            still=base64.b64encode(self._still(view, all_shapes)).decode(),
+            commands=self._commands(view, all_shapes),
+        )
+        return (
+            f'<iframe class="meshcat-scene" title="{html.escape(self._title)}" '
+            f'style="width:100%;height:{self._height}px;border:0" srcdoc="{html.escape(page)}"></iframe>'
+        )
+
+    def _commands(self, view: View, all_shapes: Sequence[Shape]) -> str:
+        """Return all that the viewer is to do, compressed, in base 64."""
+        recorder = _Recorder()
+        root = Visualizer(window=recorder)
+        _set_stage(root, view)
+        for path, T in self._frames.items():
+            root[path].set_transform(T)
+        for shape in all_shapes:
+            shape.record(root)
+        if self._motions:
+            animation = Animation()
+            for path, motion in self._motions.items():
+                animation.clips[_node(path)] = motion.clip()
+            root.set_animation(animation, repetitions=math.inf)
+        for slider in self._slider_commands():
+            recorder.send(slider)
+        return recorder.packed()
+
+    def _still(self, view: View, all_shapes: Sequence[Shape]) -> bytes:
+        """Return the scene as an SVG picture, what is far painted first."""
+        frames = _in_world(self._frames)
+        depths = [view.project(shape.places(frames[shape.frame]))[:, 2].mean() for shape in all_shapes]
+        far_first = sorted(range(len(all_shapes)), key=lambda i: (all_shapes[i].layer, -depths[i]))
+        with matplotlib.style.context(["default", _STILL_STYLE]):
+            figure = Figure(figsize=(view.width / 72, view.height / 72), dpi=72, facecolor="none")
+            axes = figure.add_axes((0, 0, 1, 1), xlim=(0, view.width), ylim=(0, view.height))
+            axes.set_axis_off()
+            for order, i in enumerate(far_first):
+                all_shapes[i].paint(axes, view, frames[all_shapes[i].frame], order)
+            picture = io.BytesIO()
+            figure.savefig(picture, format="svg", metadata=_NO_METADATA)
+        return picture.getvalue()
+
+    def _places(self) -> Array:
+        """Return points (k, 3) in the world that the picture must hold, at rest and in every frame."""
+        if not self._shapes:
+            return np.zeros((1, 3))
+        moving = {path: motion.poses() for path, motion in self._motions.items()}
+        return np.concatenate(
+            [
+                shape.places(frames[shape.frame]).reshape(-1, 3)
+                for frames in (_in_world(self._frames), _in_world(self._frames | moving))
+                for shape in self._shapes
+            ]
+        )
+
+    def _slider_commands(self) -> Iterator[Command]:
+        taken: set[str] = set()
+        for name in self._sliders:
+            drawn = self._chains[name]
+            for i, joint in enumerate(drawn.chain.joint_names):
+                unit = "rad" if drawn.chain.kinds[i] == "revolute" else "m"
+                label = f"{joint} [{unit}]"
+                label = f"{name} {label}" if label in taken else label
+                taken.add(label)
+                yield _slider(label, drawn, i)
+
+    # ---- its parts --------------------------------------------------------------------------------
+
+    def _new_name(self, name: str) -> str:
+        if not name or "/" in name:
+            raise ValueError(f"name is {name!r}; letters without a slash are needed")
+        if name in self._names:
+            raise ValueError(f"name is {name!r}, which is taken in this scene")
+        self._names.append(name)
+        return name
+
+    def _drawn(self, name: str, argument: str) -> _DrawnChain:
+        if name not in self._chains:
+            raise ValueError(f"{argument} is {name!r}; the chains of this scene are {sorted(self._chains)}")
+        return self._chains[name]
+
+    def _require_at_rest(self, name: str) -> None:
+        if name in self._sliders or any(path in self._motions for path in self._chains[name].joints):
+            raise ValueError(f"name is {name!r}, which has sliders or an animation already")
+
+    def _add_frame(self, path: str, T_parent_frame: Array) -> str:
+        self._frames[path] = T_parent_frame
+        return path
+
+    def _add_joint_frames(self, chain: Chain, q: Array, name: str) -> tuple[str, ...]:
+        """Add link0/joint0/link1/… below `name`: links stay as they are, joints carry the motion."""
+        path, joints = self._add_frame(name, np.eye(4)), []
+        links = chain.link_transforms.numpy()
+        for i, kind in enumerate(chain.kinds):
+            path = self._add_frame(f"{path}/link{i}", links[i])
+            path = self._add_frame(f"{path}/joint{i}", _joint_motion(kind, q[i]))
+            joints.append(path)
+        self._add_frame(f"{path}/link{chain.joints}", links[-1])
+        return tuple(joints)
+
+    def _add_axes(self, chain: Chain, joints: Sequence[str], size: float) -> None:
+        links = chain.link_transforms.numpy()
+        for i, kind in enumerate(chain.kinds):
+            bearer, R_axis_bearer = i, np.eye(3)
+            while chain.kinds[bearer : bearer + 2] == ("prismatic", "prismatic"):
+                bearer += 1
+                R_axis_bearer = R_axis_bearer @ links[bearer][:3, :3]
+            T_bearer_axis = np.eye(4)
+            T_bearer_axis[:3, :3] = R_axis_bearer.T
+            frame = self._add_frame(f"{joints[bearer]}/axis{i}", T_bearer_axis)
+            self._shapes += shapes.joint_axis(frame, kind, size, chain.joint_names[i])
+            self._legend[f"{kind} axis"] = shapes.AXIS_COLORS[kind]
+
+
+_NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+
+_STILL_STYLE: Any = {
+    "font.sans-serif": ["DejaVu Sans"],
+    "svg.fonttype": "none",
+    "svg.hashsalt": "dexterity",
+}
+
+
+def _legend_row(text: str, color: str) -> str:
+    return f'<li><i style="background:{color}"></i>{html.escape(text)}</li>'
+
+
+# ---- motion ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _DrawnChain:
+    """A chain in a scene, its joint values, and the paths of the frames that its joints move."""
+
+    chain: Chain
+    q: Array
+    joints: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Values (m,) that a joint takes one after the other."""
+
+    kind: JointKind
+    values: Array
+    frames_per_second: float
+
+    def poses(self) -> Array:
+        """Motion of the joint in each frame, (m, 4, 4)."""
+        return _joint_motion(self.kind, self.values)
+
+    def clip(self) -> AnimationClip:
+        """Keyframes for meshcat, without those inside a rest."""
+        clip = AnimationClip(fps=self.frames_per_second)
+        changes = np.diff(self.values) != 0
+        for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True)).tolist():
+            value = float(self.values[frame])
+            if self.kind == "revolute":
+                turn = [0.0, 0.0, math.sin(value / 2), math.cos(value / 2)]
+                clip.set_property(frame, "quaternion", "quaternion", turn)
+            else:
+                clip.set_property(frame, "position", "vector3", [0.0, 0.0, value])
+        return clip
+
+
+def _joint_motion(kind: JointKind, values: Array | float) -> Array:
+    """Turn about z or move along z: (...) values to (..., 4, 4) poses."""
+    T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
+    if kind == "prismatic":
+        T[..., 2, 3] = values
+        return T
+    T[..., 0, 0] = T[..., 1, 1] = np.cos(values)
+    T[..., 1, 0] = np.sin(values)
+    T[..., 0, 1] = -T[..., 1, 0]
+    return T
+
+
+def _in_world(frames: Mapping[str, Array]) -> dict[str, Array]:
+    """Turn poses in their parents' frames into poses in the world; parents come before their children."""
+    world: dict[str, Array] = {"": np.eye(4)}
+    for path, T_parent_frame in frames.items():
+        world[path] = world[path.rpartition("/")[0]] @ T_parent_frame
+    return world
+
+
+# ---- meshcat --------------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class _Lowerable(Protocol):
+    """What can be sent to meshcat's window."""
+
+    def lower(self) -> dict[str, object]: ...
+
+
+class _Recorder:
+    """Stands in for meshcat's window and keeps what it is sent, with ids that are the same every time."""
+
+    def __init__(self) -> None:
+        self._commands: list[bytes] = []
+        self._ids = itertools.count()
+
+    def send(self, command: _Lowerable) -> None:
+        if isinstance(command, SetObject):
+            for element in (command.object, command.object.geometry, command.object.material):
+                element.uuid = f"{next(self._ids):x}"
+        # Poses go in the precision that WebGL draws in; the numbers of a slider are to be read.
+        precision = "double" if isinstance(command, Command) else "single"
+        self._commands.append(umsgpack.packb(command.lower(), force_float_precision=precision))
+
+    def packed(self) -> str:
+        """Return each command after its length in four bytes, all compressed, in base 64."""
+        framed = b"".join(len(command).to_bytes(4, "little") + command for command in self._commands)
+        return base64.b64encode(zlib.compress(framed, 9)).decode()
+
+
+def _set_stage(root: Visualizer, view: View) -> None:
+    """Clear meshcat's stage, light it from above the camera's left shoulder, and place the camera."""
+    for path in ("Background", "Grid", "Axes", "Lights/PointLightNegativeX", "Lights/PointLightPositiveX"):
+        root[f"/{path}"].set_property("visible", False)
+    lamp = root["/Lights/FillLight/<object>"]
+    lamp.set_property("position", (np.array([-0.5, 1.0, 0.9]) @ view.axes).tolist())
+    lamp.set_property("intensity", 0.45)
+    root["/Lights/AmbientLight/<object>"].set_property("intensity", 0.7)
+    camera = {
+        "target": view.target.tolist(),
+        "back": view.axes[2].tolist(),
+        "half_extent": view.half_extent.tolist(),
+        "field_of_view": math.degrees(view.field_of_view),
+    }
+    root.window.send(Command({"type": "set_view", **camera}))
+
+
+def _slider(label: str, drawn: _DrawnChain, joint: int) -> Command:
+    """Slider over the limits of a joint, which moves the joint's frame."""
+    value, kind = float(drawn.q[joint]), drawn.chain.kinds[joint]
+    unlimited = math.pi if kind == "revolute" else 1.0
+    lower, upper = float(drawn.chain.lower[joint]), float(drawn.chain.upper[joint])
+    if kind == "revolute":
+        motion = "'quaternion', [0, 0, Math.sin(value / 2), Math.cos(value / 2)]"
+    else:
+        motion = "'position', [0, 0, value]"
+    node = json.dumps(_node(drawn.joints[joint]).entries)
+    control = {
+        "name": label,
+        "callback": f"value => {{ viewer.set_property({node}, {motion}); viewer.set_dirty(); }}",
+        "value": value,
+        "min": lower if math.isfinite(lower) else min(-unlimited, value),
+        "max": upper if math.isfinite(upper) else max(unlimited, value),
+        "step": 0.01,
+    }
+    return Command({"type": "set_control", **control})
+
+
+def _node(path: str) -> NodePath:
+    return NodePath(("meshcat",)).append(path)
+
+
+# ---- input ----------------------------------------------------------------------------------------
+
+
+def _array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
+    """Return a finite array of a shape in which -1 is any length, independent of the original."""
+    array: Array = spatial.to_float64(value, name).detach().cpu().numpy().copy()
+    fits = all(want in (-1, have) for want, have in zip(shape, array.shape, strict=False))
+    if array.ndim != len(shape) or not fits:
+        wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
+        raise ValueError(f"{name} has shape {array.shape}; ({wanted}) is needed")
+    return array
+
+
+def _positive(value: float, name: str) -> float:
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"{name} is {value}; a positive number is needed")
+    return float(value)

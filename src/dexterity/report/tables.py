@@ -1,0 +1,29 @@
+"""Tables of numbers in a chapter: one look, and the same bytes for the same numbers."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from dexterity.report.markup import Markup, element
+
+__all__ = ["show"]
+
+
+def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
+    """Set a table in a frame that scrolls sideways on a narrow page.
+
+    Parameters
+    ----------
+    data
+        The table; a series is one column under its name. A plain range as index is left out.
+    form
+        How its floats are written.
+
+    Notes
+    -----
+    :attr:`pandas.DataFrame.style` would draw a random name for each table.
+    """
+    frame = data.to_frame() if isinstance(data, pd.Series) else data
+    named = not isinstance(frame.index, pd.RangeIndex)
+    written = frame.to_html(float_format=form.format, index=named, border=0, justify="start")
+    return Markup(element("div", written, css_class="table-scroll"))

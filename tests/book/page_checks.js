@@ -1,0 +1,78 @@
+// What the tests ask of a page; added to every page and frame that they open.
+"use strict";
+window.checks = {
+  async untypesetFormulas() {
+    const formulas = [...document.querySelectorAll(".math")];
+    if (!formulas.length) return [];
+    if (!window.MathJax?.startup?.promise) return ["MathJax did not start"];
+    await MathJax.startup.promise;
+    return formulas
+      .filter(f => !f.querySelector("mjx-container") || f.querySelector("mjx-merror, [data-mjx-error]"))
+      .map(f => "formula is not typeset: " + f.textContent.trim().slice(0, 120));
+  },
+
+  // What reaches past the window's right edge without a frame of its own to scroll in.
+  wideElements() {
+    const width = document.documentElement.clientWidth, page = document.documentElement.scrollWidth;
+    const scrolls = element => ["auto", "scroll"].includes(getComputedStyle(element).overflowX);
+    const inFrame = element => {
+      const parent = element.parentElement;
+      return parent !== document.body && (scrolls(parent) || inFrame(parent));
+    };
+    const wide = [...document.querySelectorAll("article *")].filter(element => {
+      const box = element.getBoundingClientRect();
+      return box.width > 1 && box.right > width + 1 && !element.closest("mjx-assistive-mml") && !inFrame(element);
+    });
+    const described = wide.slice(0, 5).map(element =>
+      `<${element.tagName.toLowerCase()} class="${element.getAttribute("class") || ""}"> ends at ` +
+      `${Math.round(element.getBoundingClientRect().right)} px of ${width}: ${element.textContent.trim().slice(0, 60)}`);
+    return page > width ? [`the page is ${page} px wide in a window of ${width} px`, ...described] : described;
+  },
+
+  // Whether book.css has colours for a verdict, and the contrast of its text with what is behind it.
+  verdict(cssClass) {
+    const channel = value => value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+    const luminance = color => {
+      const [r, g, b] = color.match(/[\d.]+/g).slice(0, 3).map(value => channel(value / 255));
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const ground = element => {
+      const color = element ? getComputedStyle(element).backgroundColor : "rgb(255, 255, 255)";
+      return /, 0\)$/.test(color) ? ground(element.parentElement) : color;
+    };
+    const sample = document.createElement("span");
+    sample.className = `verdict ${cssClass}`;
+    document.querySelector("article").append(sample);
+    const style = getComputedStyle(sample);
+    const [dark, bright] = [style.color, ground(sample)].map(luminance).sort((a, b) => a - b);
+    return { styled: style.getPropertyValue("--verdict-text") !== "", contrast: (bright + 0.05) / (dark + 0.05) };
+  },
+
+  // The last words of the article, and whether they belong to a provenance footer.
+  lastWords() {
+    const texts = document.createTreeWalker(document.querySelector("article"), NodeFilter.SHOW_TEXT);
+    let last = null;
+    while (texts.nextNode()) if (texts.currentNode.textContent.trim()) last = texts.currentNode;
+    return { text: last.textContent.trim(), inProvenance: last.parentElement.closest(".provenance") !== null };
+  },
+
+  // In the frame of a scene. Drawn and read in one task, because the browser clears the picture afterwards.
+  picture() {
+    const viewer = window.viewer, gl = viewer.renderer.getContext();
+    viewer.renderer.render(viewer.scene, viewer.camera);
+    const pixels = new Uint8Array(gl.drawingBufferWidth * gl.drawingBufferHeight * 4);
+    gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    const colors = new Set();
+    let digest = 0;
+    for (let i = 0; i < pixels.length; i += 4) {
+      const color = pixels[i] << 16 | pixels[i + 1] << 8 | pixels[i + 2];
+      colors.add(color);
+      digest = (Math.imul(digest, 31) + color) | 0;
+    }
+    return { colors: colors.size, digest };
+  },
+
+  hasAnimation: () => window.viewer.animator.actions.length > 0,
+  hasSliders: () => Object.keys(window.viewer.gui_controllers).length > 0,
+  firstSlider: () => Object.values(window.viewer.gui_controllers)[0].domElement.querySelector(".slider"),
+};

@@ -1,0 +1,151 @@
+"""What the built pages say and link to, and the files that the book ships."""
+
+import hashlib
+import importlib
+import pkgutil
+import re
+from functools import cache
+from html import unescape
+from pathlib import Path
+from types import ModuleType
+from urllib.parse import unquote, urlsplit
+
+import pytest
+from built_book import CHAPTERS, HTML, PAGES, SOURCE, Document, html_file, source_text
+from playwright.sync_api import Browser
+from visit import visit
+
+import dexterity
+from dexterity import studies
+from dexterity.report import claims, provenance
+
+MEGABYTE = 1_000_000
+MATHJAX = SOURCE / "assets" / "mathjax"
+
+
+def test_book_size() -> None:
+    size = sum(file.stat().st_size for file in HTML.rglob("*") if file.is_file())
+    assert size <= 60 * MEGABYTE, f"the built book has {size / MEGABYTE:.1f} MB"
+
+
+def test_mathjax_is_the_published_one() -> None:
+    lines = (MATHJAX / "SHA256SUMS").read_text(encoding="utf-8").splitlines()
+    listed = {name: digest for digest, name in (line.split(maxsplit=1) for line in lines)}
+    shipped = {
+        f"./{file.relative_to(MATHJAX).as_posix()}": hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in MATHJAX.rglob("*")
+        if file.is_file() and file.name not in ("README.md", "SHA256SUMS")
+    }
+    assert shipped == listed
+
+
+# ---- links, anchors, images ----
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_internal_links_resolve(page: str) -> None:
+    broken = []
+    for link in Document.of(page).links:
+        parts = urlsplit(link)
+        if parts.scheme or parts.netloc or link == "#":
+            continue
+        target = (html_file(page).parent / unquote(parts.path)).resolve() if parts.path else html_file(page)
+        if not target.is_file():
+            broken.append(f"{link}: there is no such file")
+        elif parts.fragment and unquote(parts.fragment) not in _anchors(target):
+            broken.append(f"{link}: the page has no such anchor")
+    assert not broken, f"{page}: {broken}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_anchors_are_unique(page: str) -> None:
+    anchors = Document.of(page).anchors
+    twice = sorted({anchor for anchor in anchors if anchors.count(anchor) > 1})
+    assert not twice, f"{page}: {twice}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_images_have_alternative_texts(page: str) -> None:
+    document = Document.of(page)
+    images = [image for part in (document, *document.inner) for image in part.images]
+    # Without a text of its own, an image gets its file's name.
+    nameless = [image["src"][:120] for image in images if image.get("alt", "") in ("", image.get("src"))]
+    assert not nameless, f"{page}: images without an alternative text: {nameless}"
+
+
+@cache
+def _anchors(file: Path) -> frozenset[str]:
+    return frozenset(Document(file.read_text(encoding="utf-8")).anchors)
+
+
+# ---- where numbers come from ----
+
+
+@pytest.mark.parametrize("page", CHAPTERS)
+def test_chapter_ends_with_its_provenance(browser: Browser, served_root: str, page: str) -> None:
+    with visit(browser, served_root, page) as visited:
+        last = visited.page.evaluate("checks.lastWords()")
+    assert last["inProvenance"], f"{page} does not end with its provenance but with: {last['text'][:200]}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if "provenance.footer(" in source_text(page)])
+def test_page_was_made_from_the_present_source(page: str) -> None:
+    html = html_file(page).read_text(encoding="utf-8")
+    facts = re.findall(r"<dt>(Study|Source key)</dt>\s*<dd>([^<]*)</dd>", html)
+    shown = {study: key for (_, study), (_, key) in zip(facts[::2], facts[1::2], strict=True)}
+    assert shown, f"{page} names no study"
+    assert shown == {study: provenance.source_key(f"{studies.__name__}.{study}") for study in shown}
+
+
+# ---- API ----
+
+
+def _public_modules() -> list[str]:
+    """Name all modules, of `report` only those that a chapter imports: the others are its inner parts."""
+    chapters = "\n".join(source_text(page) for page in PAGES)
+    imported = {
+        f"{dexterity.__name__}.report.{name.strip()}"
+        for line in re.findall(r"^from dexterity\.report import (.+)$", chapters, re.MULTILINE)
+        for name in line.split(",")
+    }
+    names = [found.name for found in pkgutil.walk_packages(dexterity.__path__, f"{dexterity.__name__}.")]
+    inner = {name for name in names if name.startswith(f"{dexterity.__name__}.report.")} - imported
+    return [dexterity.__name__, *(name for name in names if name not in inner and "__main__" not in name)]
+
+
+# meshcat imports a part of zmq that is no longer needed.
+@pytest.mark.filterwarnings("ignore:zmq.eventloop.ioloop is deprecated:DeprecationWarning")
+@pytest.mark.parametrize("module_name", _public_modules())
+def test_public_names_are_on_the_api_page(module_name: str) -> None:
+    module = importlib.import_module(module_name)
+    anchors = set(Document.of("reference/api").anchors)
+    names = getattr(module, "__all__", ())
+    missing = [name for name in names if anchors.isdisjoint(_api_anchors(module, name))]
+    assert not missing, f"{module_name}: the API page has nothing on {missing}"
+
+
+def _api_anchors(module: ModuleType, name: str) -> set[str]:
+    """Return the anchors of a public name: under this module, or where the thing is at home."""
+    thing = getattr(module, name)
+    if isinstance(thing, ModuleType):
+        return {f"module-{thing.__name__}"}
+    home = f"{getattr(thing, '__module__', '')}.{getattr(thing, '__qualname__', '')}"
+    return {f"{module.__name__}.{name}", home}
+
+
+# ---- claims ----
+
+
+@pytest.mark.parametrize("paper", claims.load_papers(), ids=lambda paper: paper.key)
+def test_scorecard_has_every_claim_with_its_verdict(paper: claims.Paper) -> None:
+    scorecard = html_file("reference/scorecard").read_text(encoding="utf-8")
+    tables = re.findall(r"<caption>(.*?)</caption>(.*?)</table>", scorecard, re.DOTALL)
+    rows = "".join(body for caption, body in tables if unescape(caption).startswith(f"Paper {paper.letter}:"))
+    shown = {
+        anchor: unescape(verdict)
+        for anchor, verdict in re.findall(
+            r'<tr id="claim-([^"]+)">.*?<span class="verdict [^"]*">([^<]*)</span>', rows, re.DOTALL
+        )
+    }
+    outcomes = {v.claim: str(v.outcome) for v in studies.verdicts() if v.paper == paper.key}
+    assert shown == {claim.id: outcomes.get(claim.id, "open") for claim in paper.claims}
