@@ -384,7 +384,8 @@ class Chain:
     def _body_jacobian(self, q: Tensor) -> Tensor:
         *joints, tool = self._frames(q)
         columns = self._columns(joints, tool[3])
-        return _rows_first(*(torch.einsum("crN,irN->icN", tool[:3], part) for part in columns))
+        in_tool_axes = (torch.stack([(axis[:, None] * part).sum(0) for axis in tool[:3]]) for part in columns)
+        return _rows_first(*in_tool_axes)
 
     def _frames(self, q: Tensor) -> Iterator[Tensor]:
         """Yield each joint's moved frame and at last the tool's, as (4 columns, 3 rows, N).
@@ -401,13 +402,15 @@ class Chain:
         yield frame
 
     def _columns(self, joints: Sequence[Tensor], reference: Tensor) -> tuple[Tensor, Tensor]:
-        """Velocity of the reference point and angular velocity per unit rate, (n, 3, N) each."""
-        axes = torch.stack([frame[2] for frame in joints])
-        points = torch.stack([frame[3] for frame in joints])
-        linear, angular = torch.linalg.cross(axes, reference - points, dim=1), axes
+        """Velocity of the reference point and angular velocity per unit rate, (3, n, N) each."""
+        axes = torch.stack([frame[2] for frame in joints], dim=1)
+        arms = reference[:, None] - torch.stack([frame[3] for frame in joints], dim=1)
+        (wx, wy, wz), (x, y, z) = axes, arms
+        # Written out, the cross product is faster than torch.linalg.cross.
+        linear, angular = torch.stack([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x]), axes
         if "prismatic" in self._kinds:
             slides = torch.tensor([kind == "prismatic" for kind in self._kinds], device=axes.device)
-            slides = slides[:, None, None]
+            slides = slides[:, None]
             linear, angular = torch.where(slides, axes, linear), torch.where(slides, 0.0, axes)
         return linear, angular
 
@@ -492,8 +495,8 @@ def _move_along_z(frame: Tensor, distance: Tensor) -> Tensor:
 
 
 def _rows_first(linear: Tensor, angular: Tensor) -> Tensor:
-    """Turn two (n, 3, N) blocks into N Jacobians (N, 6, n)."""
-    return torch.cat([linear, angular], dim=1).permute(2, 1, 0)
+    """Turn two (3, n, N) blocks into N Jacobians (N, 6, n)."""
+    return torch.cat([linear, angular]).permute(2, 0, 1)
 
 
 def _homogeneous(frame: Tensor) -> Tensor:
