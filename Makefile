@@ -22,7 +22,7 @@ LOG     := _build/book.log
 export PYTHONNOUSERSITE        := 1
 export JUPYTER_PREFER_ENV_PATH := 1
 export JUPYTER_PLATFORM_DIRS   := 1
-export IPYTHONDIR              := $(CURDIR)/_build/ipython
+export IPYTHONDIR              := $(abspath $(VENV))/ipython
 
 .PHONY: help book test lint check full bench serve lock clean distclean
 
@@ -54,7 +54,7 @@ book: $(READY)  ## build the book into _build/html
 	@$(IN)/jupyter-book build book --config _config.yml --path-output . -W --keep-going 2>&1 | tee $(LOG) || { \
 	  rm -rf _build/.doctrees; \
 	  echo "---- The book was not built, because of:"; \
-	  awk '/WARNING:|ERROR:|Error: / { print } /^nbclient.*Error:/ { cell = 1 } cell { print } /^The above exception/ { cell = 0 }' $(LOG) | tail -n 60; \
+	  awk '/WARNING:|ERROR:|^(Extension|Configuration) error/ { print } /^nbclient.*Error:/ { cell = 1 } cell { print } /^The above exception/ { cell = 0 }' $(LOG) | tail -n 60; \
 	  exit 1; }
 	@echo "The book: file://$(CURDIR)/$(HTML)/index.html"
 
@@ -73,8 +73,8 @@ check: book  ## check verdicts, stored results, and the built book in a real bro
 	@$(IN)/python -m pytest tests/book
 
 lint: $(READY)  ## style, types, layers, lock
-	$(IN)/ruff check .
-	$(IN)/ruff format --check .
+	$(IN)/ruff check src tests
+	$(IN)/ruff format --check src tests
 	$(IN)/mypy
 	$(IN)/lint-imports
 	@if grep -nE '^(nvidia|triton|cuda)' environment.lock; then \

@@ -73,6 +73,7 @@ CONFIGS: Mapping[str, Config] = {
     "book": Config(),
     "full": Config(configurations=50_000),
 }
+"""What runs at each scale."""
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,7 @@ CONFIGS: Mapping[str, Config] = {
     "book": Config(),
     "full": Config(configurations=20_000),
 }
+"""What runs at each scale."""
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ CONFIGS: Mapping[str, Config] = {
     "book": Config(),
     "full": Config(seeds=tuple(range(200))),
 }
+"""What runs at each scale."""
 
 
 @dataclass(frozen=True)
