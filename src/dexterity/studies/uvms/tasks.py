@@ -22,7 +22,17 @@ from dexterity.indices import Index, kinematic_conditioning, velocity_ellipsoid
 from dexterity.report.claims import Acceptance, Outcome, Verdict
 from dexterity.report.stored import Tolerance
 
-__all__ = ["CONFIGS", "TOLERANCE", "Config", "Result", "acceptance", "candidates", "run", "verdicts"]
+__all__ = [
+    "CONFIGS",
+    "TOLERANCE",
+    "Config",
+    "Result",
+    "acceptance",
+    "agreements",
+    "candidates",
+    "run",
+    "verdicts",
+]
 
 VEHICLE_LOCKED = (0.0,) * 6 + (1.0,) * 6
 
@@ -131,6 +141,20 @@ def candidates(chain: Chain, config: Config, seed: int) -> Tensor:
     q[:, 9:12] = torch.as_tensor(np.stack([z, -x, y], axis=-1))
     q[:, :3] = chain.home[:3, 3] - chain.forward(q)[:, :3, 3]
     return q
+
+
+def agreements(result: Result) -> dict[str, tuple[float, ...]]:
+    """Kendall's τ of each pair of rankings, one value for each seed, under a short name of the pair."""
+    return {
+        "w, KCI": result.w_kci_tau,
+        "w: free, locked vehicle": result.w_locked_tau,
+        "w, largest speed": result.w_speed_tau,
+        "w, torque about the tool": result.w_torque_tau,
+        "w, push along the tool": result.w_push_tau,
+        "KCI: spatial, geometric": result.kci_frame_tau,
+        "spatial KCI, accuracy": result.kci_accuracy_tau,
+        "geometric KCI, accuracy": result.kci_tool_accuracy_tau,
+    }
 
 
 def verdicts(result: Result) -> tuple[Verdict, ...]:
