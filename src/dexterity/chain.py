@@ -22,7 +22,7 @@ from dexterity.spatial import TensorLike
 __all__ = ["Chain", "JointKind"]
 
 JointKind: TypeAlias = Literal["revolute", "prismatic"]
-"""What a joint does: it turns about its axis or slides along it."""
+"""What a joint does, turn about its axis or slide along it."""
 
 _VEHICLE_JOINTS = ("x", "y", "z", "θx", "θy", "θz")
 

@@ -94,6 +94,8 @@ def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*bat
 def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
     """Return `T` as a tensor if it is a rigid-body pose (to 1e-9), else say what is wrong with it.
 
+    A rotation that was rounded to float32 misses that tolerance; nothing is repaired, so give it in float64.
+
     Raises
     ------
     ValueError
