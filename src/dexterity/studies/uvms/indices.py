@@ -46,11 +46,14 @@ __all__ = [
 ]
 
 FRAMES: tuple[Frame, ...] = ("spatial", "body", "geometric")
+"""All frames that an index can be taken in."""
+
+VEHICLE_LOCKED = (0.0,) * 6 + (1.0,) * 6
+"""Joint rates of a vehicle that keeps station while its arm moves."""
 
 UNIT = (1.0,) * 12
 SLOW_VEHICLE = (0.5,) * 3 + (0.3,) * 3 + (1.0,) * 6
 DECIMETRES = (0.1,) * 3 + (1.0,) * 3  # tool rates: one length unit a second, the unit being 0.1 m
-VEHICLE_LOCKED = (0.0,) * 6 + (1.0,) * 6
 ARM_LOCKED = (1.0,) * 6 + (0.0,) * 6
 
 

@@ -21,6 +21,7 @@ from dexterity.chain import Chain
 from dexterity.indices import Index, kinematic_conditioning, velocity_ellipsoid
 from dexterity.report.claims import Acceptance, Outcome, Verdict
 from dexterity.report.stored import Tolerance
+from dexterity.studies.uvms.indices import VEHICLE_LOCKED
 
 __all__ = [
     "CONFIGS",
@@ -33,9 +34,6 @@ __all__ = [
     "run",
     "verdicts",
 ]
-
-VEHICLE_LOCKED = (0.0,) * 6 + (1.0,) * 6
-
 
 TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
 """What a probe may miss by, since rounding errors come out a little different on every processor."""
