@@ -28,6 +28,7 @@ from dexterity.indices import (
 )
 from dexterity.report.claims import Acceptance, Outcome, Verdict
 from dexterity.report.stored import Tolerance
+from dexterity.studies.uvms.kinematics import LIMITS, changes_by_joint
 
 __all__ = [
     "CONFIGS",
@@ -41,6 +42,7 @@ __all__ = [
     "acceptance",
     "along",
     "configurations",
+    "rank_correlation",
     "run",
     "verdicts",
 ]
@@ -51,8 +53,6 @@ FRAMES: tuple[Frame, ...] = ("spatial", "body", "geometric")
 VEHICLE_LOCKED = (0.0,) * 6 + (1.0,) * 6
 """Joint rates of a vehicle that keeps station while its arm moves."""
 
-UNIT = (1.0,) * 12
-SLOW_VEHICLE = (0.5,) * 3 + (0.3,) * 3 + (1.0,) * 6
 DECIMETRES = (0.1,) * 3 + (1.0,) * 3  # tool rates: one length unit a second, the unit being 0.1 m
 ARM_LOCKED = (1.0,) * 6 + (0.0,) * 6
 
@@ -215,17 +215,19 @@ def run(config: Config) -> Result:
     return Result(
         determinant_error=_largest(torch.linalg.det(J @ J.mT).sqrt() / w["spatial"] - 1),
         unit_free_change=_unit_free_change(J),
-        kci_length_tau=_tau(kci["spatial"], kinematic_conditioning(normalise(J, UNIT, DECIMETRES))),
-        w_length_spread=_spread(manipulability(normalise(J, UNIT, DECIMETRES)) / w["spatial"]),
-        w_limits_tau=_tau(w["spatial"], manipulability(normalise(J, SLOW_VEHICLE, (1.0,) * 6))),
+        kci_length_tau=rank_correlation(
+            kci["spatial"], kinematic_conditioning(normalise(J, LIMITS["unit"], DECIMETRES))
+        ),
+        w_length_spread=_spread(manipulability(normalise(J, LIMITS["unit"], DECIMETRES)) / w["spatial"]),
+        w_limits_tau=rank_correlation(w["spatial"], manipulability(normalise(J, LIMITS["rov"], (1.0,) * 6))),
         condition_error=_largest(kci["spatial"] * torch.as_tensor(np.linalg.cond(J.numpy())) - 1),
         w_frame_change=max(_largest(w[frame] / w["spatial"] - 1) for frame in FRAMES),
         kci_home=tuple(float(_kci(frame).bind(chain)(home)) for frame in FRAMES),
-        kci_frame_tau=_tau(kci["spatial"], kci["geometric"]),
+        kci_frame_tau=rank_correlation(kci["spatial"], kci["geometric"]),
         kci_origin_range=_kci_origin_range(chain, config, random),
-        kci_spatial_change=_changes(chain, _kci("spatial"), q, redrawn),
-        kci_body_change=_changes(chain, _kci("body"), q, redrawn),
-        kci_body_last_joint_unequal=_changes(
+        kci_spatial_change=changes_by_joint(chain, _kci("spatial"), q, redrawn),
+        kci_body_change=changes_by_joint(chain, _kci("body"), q, redrawn),
+        kci_body_last_joint_unequal=changes_by_joint(
             chain, Index("kinematic_conditioning", "body", tool_rates=(1, 1, 2, 1, 1, 1)), q, redrawn
         )[11],
         kci_ten_inputs_error=_ten_inputs_error(chain, q, redrawn),
@@ -261,6 +263,11 @@ def configurations(motion: Motion, angles_deg: NDArray[np.float64]) -> Tensor:
     q = np.tile(np.radians(motion.at_deg), (len(angles_deg), 1))
     q[:, motion.joint] = np.radians(angles_deg)
     return torch.as_tensor(q)
+
+
+def rank_correlation(a: Tensor, b: Tensor) -> float:
+    """Kendall's τ of two rankings of the same candidates, each by values (m,)."""
+    return float(kendalltau(a.numpy(), b.numpy()).statistic)
 
 
 def verdicts(result: Result) -> tuple[Verdict, ...]:
@@ -400,12 +407,8 @@ def _spread(ratio: Tensor) -> float:
     return float((ratio.max() - ratio.min()) / ratio.mean())
 
 
-def _tau(a: Tensor, b: Tensor) -> float:
-    return float(kendalltau(a.numpy(), b.numpy()).statistic)
-
-
 def _unit_free_change(J: Tensor) -> float:
-    metres = normalise(J, SLOW_VEHICLE, (0.4,) * 3 + (0.7,) * 3)
+    metres = normalise(J, LIMITS["rov"], (0.4,) * 3 + (0.7,) * 3)
     in_millimetres = J * torch.tensor([1.0] * 3 + [1000.0] * 9, dtype=J.dtype)
     in_millimetres = torch.cat([in_millimetres[..., :3, :], J[..., 3:, :]], dim=-2)
     millimetres = normalise(in_millimetres, (500.0,) * 3 + (0.3,) * 3 + (1.0,) * 6, (400.0,) * 3 + (0.7,) * 3)
@@ -420,17 +423,6 @@ def _kci_origin_range(chain: Chain, config: Config, random: torch.Generator) -> 
     q[:, :3] = 4 * torch.rand(config.configurations, 3, generator=random, dtype=torch.float64) - 2
     kci = _kci("spatial").bind(chain)(q)
     return float(kci.min()), float(kci.max())
-
-
-def _changes(chain: Chain, index: Index, q: Tensor, redrawn: Tensor) -> tuple[float, ...]:
-    f = index.bind(chain)
-    before = f(q)
-    changes = []
-    for i in range(chain.joints):
-        changed = q.clone()
-        changed[:, i] = redrawn[:, i]
-        changes.append(_largest(f(changed) / before - 1))
-    return tuple(changes)
 
 
 def _ten_inputs_error(chain: Chain, q: Tensor, redrawn: Tensor) -> float:
@@ -461,9 +453,9 @@ def _lost_direction_speed(chain: Chain, motion: Motion) -> float:
 
 def _speed_tau(w: Tensor, geometric: Tensor) -> tuple[float, float]:
     speeds = velocity_ellipsoid(geometric, "translational").semi_axes
-    return _tau(w, speeds[:, 0]), _tau(w, speeds[:, -1])
+    return rank_correlation(w, speeds[:, 0]), rank_correlation(w, speeds[:, -1])
 
 
 def _accuracy_tau(spatial_kci: Tensor, geometric_kci: Tensor, geometric: Tensor) -> tuple[float, float]:
     worst_error = velocity_ellipsoid(geometric).semi_axes[:, 0]
-    return _tau(spatial_kci, -worst_error), _tau(geometric_kci, -worst_error)
+    return rank_correlation(spatial_kci, -worst_error), rank_correlation(geometric_kci, -worst_error)

@@ -5,7 +5,7 @@ Sotiropoulos & Aspragathos (2016), Eqs. 1–6 and 12.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,7 @@ __all__ = [
     "Invariance",
     "Result",
     "acceptance",
+    "changes_by_joint",
     "equation_6_as_printed",
     "joints_in_turn",
     "run",
@@ -140,7 +141,10 @@ def run(config: Config) -> Result:
         linear_rows_error=_largest((spatial_jacobian - differences["geometric"])[..., :3, :]),
         spatial_last_joint=_largest(chain.spatial_jacobian(turned) - spatial_jacobian),
         body_last_joint=_largest(chain.body_jacobian(turned) - body_jacobian),
-        invariance=tuple(_invariance(chain, limits, q, redrawn) for limits in LIMITS),
+        invariance=tuple(
+            Invariance(name, changes_by_joint(chain, Index("manipulability", joint_rates=rates), q, redrawn))
+            for name, rates in LIMITS.items()
+        ),
         w_home=_w_home(chain),
         w_home_other_links=_w_home(robots.uvms(l2=0.4, l3=0.6)),
         w_home_raised=_w_home(robots.uvms(l1=0.1)),
@@ -155,6 +159,21 @@ def equation_6_as_printed(chain: Chain, q: Tensor) -> Tensor:
         columns.append((spatial.adjoint(before @ chain.home) @ screw[:, None])[..., 0])
         before = before @ spatial.exp(screw * q[..., i, None])
     return torch.stack(columns, dim=-1)
+
+
+def changes_by_joint(chain: Chain, index: Index, q: Tensor, redrawn: Tensor) -> tuple[float, ...]:
+    """Largest relative change of an index when one joint alone is redrawn, for each joint.
+
+    Parameters
+    ----------
+    chain, index
+        The robot and what is evaluated on it.
+    q, redrawn
+        (m, n) configurations, and as many from which the redrawn values are taken.
+    """
+    f = index.bind(chain)
+    before = f(q)
+    return tuple(_largest(f(_with_joint(q, redrawn, i)) / before - 1) for i in range(chain.joints))
 
 
 def joints_in_turn(chain: Chain, *, slide: float = 0.3, turn_deg: float = 40.0, frames: int = 24) -> Tensor:
@@ -346,13 +365,4 @@ def _printed_base_change(chain: Chain, q: Tensor, redrawn: Tensor) -> float:
     return max(
         _largest(manipulability(equation_6_as_printed(chain, _with_joint(q, redrawn, i))) / before - 1)
         for i in range(4)
-    )
-
-
-def _invariance(chain: Chain, limits: str, q: Tensor, redrawn: Tensor) -> Invariance:
-    w: Callable[[Tensor], Tensor] = Index("manipulability", joint_rates=LIMITS[limits]).bind(chain)
-    before = w(q)
-    return Invariance(
-        limits,
-        tuple(_largest(w(_with_joint(q, redrawn, i)) / before - 1) for i in range(chain.joints)),
     )
