@@ -25,6 +25,7 @@ for name in dx.robots.names():
     chain = dx.robots.build(dx.robots.describe(name))
     q = [0.1 * (i + 1) for i in range(chain.joints)]
     tools[name] = chain.forward(q).tolist()
+puma, index = dx.robots.puma560(), dx.indices.Index("manipulability")
 ranking = dx.tasks.rank(dx.robots.uvms(), [[0.1] * 12, [0.2] * 12], "welding")
 print(json.dumps({
     "file": dx.__file__,
@@ -33,6 +34,8 @@ print(json.dumps({
     "tools": tools,
     "tasks": list(dx.tasks.TASKS),
     "values": ranking.values.tolist(),
+    "compiled": dx.symbolic.compile_index(puma, index)([0.1] * 6).item(),
+    "source": dx.symbolic.c_source(dx.symbolic.derive(puma, index)),
 }))
 """
 
@@ -104,3 +107,6 @@ def test_the_installed_wheel_computes_what_the_source_tree_does(environment, tmp
     assert report["tasks"] == list(dx.tasks.TASKS)
     ranking = dx.tasks.rank(dx.robots.uvms(), [[0.1] * 12, [0.2] * 12], "welding")
     assert report["values"] == ranking.values.tolist()
+    puma, index = dx.robots.puma560(), dx.indices.Index("manipulability")
+    assert report["compiled"] == dx.symbolic.compile_index(puma, index)([0.1] * 6).item()
+    assert report["source"] == dx.symbolic.c_source(dx.symbolic.derive(puma, index))

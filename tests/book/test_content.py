@@ -101,7 +101,7 @@ def test_page_was_made_from_the_present_source(page: str) -> None:
 
 
 def _public_modules() -> list[str]:
-    """Name all modules, of `report` only those that a chapter imports: the others are its inner parts."""
+    """Name all modules, of `report` only those that a chapter imports, of `codegen` only the package itself."""
     chapters = "\n".join(source_text(page) for page in PAGES)
     imported = {
         f"{dexterity.__name__}.report.{name.strip()}"
@@ -109,7 +109,7 @@ def _public_modules() -> list[str]:
         for name in line.split(",")
     }
     names = [found.name for found in pkgutil.walk_packages(dexterity.__path__, f"{dexterity.__name__}.")]
-    inner = {name for name in names if name.startswith(f"{dexterity.__name__}.report.")} - imported
+    inner = {name for name in names if re.match(r"dexterity\.(report|codegen)\.", name)} - imported
     return [dexterity.__name__, *(name for name in names if name not in inner and "__main__" not in name)]
 
 
@@ -125,12 +125,17 @@ def test_public_names_are_on_the_api_page(module_name: str) -> None:
 
 
 def _api_anchors(module: ModuleType, name: str) -> set[str]:
-    """Return the anchors of a public name: under this module, or where the thing is at home."""
+    """Return the anchors of a public name: under this module, at home, or under a module that hands it on."""
     thing = getattr(module, name)
     if isinstance(thing, ModuleType):
         return {f"module-{thing.__name__}"}
     home = f"{getattr(thing, '__module__', '')}.{getattr(thing, '__qualname__', '')}"
-    return {f"{module.__name__}.{name}", home}
+    handed_on = {f"{other}.{name}" for other in _public_modules() if _holds(other, name, thing)}
+    return {f"{module.__name__}.{name}", home, *handed_on}
+
+
+def _holds(module_name: str, name: str, thing: object) -> bool:
+    return getattr(importlib.import_module(module_name), name, None) is thing
 
 
 # ---- claims ----

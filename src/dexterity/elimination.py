@@ -1,0 +1,214 @@
+"""Linear algebra on matrices of expressions, recorded step by step, zeros left out.
+
+Orthogonal elimination works on a matrix itself and not on its square, so that what is computed from it
+keeps full accuracy near a singularity; the determinant and the Schur complement serve the formulas that a
+reader wants to see. Matrices are lists of rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import TypeAlias
+
+import sympy
+from sympy import Expr, S
+
+from dexterity.program import Program, Recorder, copysign
+
+__all__ = [
+    "LAGUERRE_STEPS",
+    "LAGUERRE_TOLERANCE",
+    "Matrix",
+    "bidiagonal_squares",
+    "determinant",
+    "dot",
+    "gram",
+    "laguerre_step",
+    "schur_determinant",
+    "triangularise",
+]
+
+Matrix: TypeAlias = list[list[Expr]]
+"""Rows of expressions."""
+
+_TINY = sympy.Float(1e-300)  # keeps the square root of a zero, and its derivative, finite
+
+
+LAGUERRE_STEPS = 60
+"""Steps after which the iteration ends at the latest. A root that repeats four times takes thirty."""
+
+LAGUERRE_TOLERANCE = 1e-13
+"""Steps that are smaller than this part of the root are the last."""
+
+
+def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
+    """Sum of products, not yet recorded."""
+    return sympy.Add(*(x * y for x, y in zip(a, b, strict=True)))
+
+
+def triangularise(record: Recorder, rows: Matrix) -> tuple[Matrix, list[Expr]]:
+    """Turn m rows of n ≥ m entries into a lower triangle by Householder reflections from the right.
+
+    Returns
+    -------
+    The m × m lower triangle L with rows·rowsᵀ = L·Lᵀ, and the squares of its diagonal.
+
+    References
+    ----------
+    Golub & Van Loan (2013), section 5.2.
+    """
+    rows = [list(row) for row in rows]
+    squares = []
+    for i in range(len(rows)):
+        tails = [row[i:] for row in rows[i:]]
+        squares.append(_reflect(record, tails[0], tails[1:]))
+        for row, tail in zip(rows[i:], tails, strict=True):
+            row[i:] = tail
+    return [row[: len(rows)] for row in rows], squares
+
+
+def bidiagonal_squares(record: Recorder, square_matrix: Matrix) -> list[Expr]:
+    """Squares of the entries d₁, e₁, d₂, e₂, … of a bidiagonal matrix with the same singular values.
+
+    References
+    ----------
+    Golub & Kahan (1965), section 2.
+    """
+    rows = [list(row) for row in square_matrix]
+    squares = []
+    for k in range(len(rows)):
+        tails = [row[k:] for row in rows[k:]]
+        squares.append(_reflect(record, tails[0], tails[1:]))
+        if len(tails) > 1:
+            columns = [list(column) for column in zip(*tails[1:], strict=True)]
+            squares.append(_reflect(record, columns[0], columns[1:]))
+            tails[1:] = [list(row) for row in zip(*columns, strict=True)]
+        for row, tail in zip(rows[k:], tails, strict=True):
+            row[k:] = tail
+    return squares
+
+
+def _reflect(record: Recorder, x: list[Expr], others: Matrix) -> Expr:
+    """Reflect `x` onto its first axis, and the others with it, all in place; return the square of its length.
+
+    Entries that are zero take no part; a single one that is not is swapped to the front.
+    """
+    entries = [i for i, entry in enumerate(x) if entry != 0]
+    if not entries:
+        return S.Zero
+    for row in (x, *others):
+        row[0], row[entries[0]] = row[entries[0]], row[0]
+    entries[0] = 0
+    if len(entries) == 1:
+        return record(x[0] ** 2)
+    square = record(sympy.Add(*(x[i] ** 2 for i in entries), _TINY))
+    length = record(sympy.sqrt(square))
+    scale = record(1 / record(square + length * sympy.Abs(x[0])))
+    normal = [record(x[0] + copysign(length, x[0])), *(x[i] for i in entries[1:])]
+    for row in others:
+        if any(row[i] != 0 for i in entries):
+            along = record(scale * record(dot(normal, [row[i] for i in entries])))
+            for i, component in zip(entries, normal, strict=True):
+                row[i] = record(row[i] - along * component)
+    x[:] = [record(-copysign(length, x[0])), *[S.Zero] * (len(x) - 1)]
+    return square
+
+
+def determinant(record: Recorder, square_matrix: Matrix) -> Expr:
+    """Expand a determinant without divisions, by minors of the first rows, each computed once.
+
+    Rows with many zeros are taken first.
+    """
+    order = sorted(range(len(square_matrix)), key=lambda i: sum(entry != 0 for entry in square_matrix[i]))
+    rows = [square_matrix[i] for i in order]
+    sign = sympy.combinatorics.Permutation(order).signature()
+
+    @cache
+    def minor(columns: tuple[int, ...]) -> Expr:
+        if not columns:
+            return S.One
+        entries = rows[len(columns) - 1]
+        terms = [
+            (-1) ** (len(columns) - 1 + k) * entries[j] * minor(columns[:k] + columns[k + 1 :])
+            for k, j in enumerate(columns)
+            if entries[j] != 0
+        ]
+        return record(sympy.Add(*terms))
+
+    return record(sign * minor(tuple(range(len(rows)))))
+
+
+def schur_determinant(record: Recorder, gram: Matrix) -> Expr:
+    """Expand the determinant of a symmetric 6×6 matrix by the Schur complement of its regular first block."""
+    A = [row[:3] for row in gram[:3]]
+    C = [row[3:] for row in gram[:3]]
+    adjugate = _symmetric_adjugate(record, A)
+    det_A = record(dot(A[0], adjugate[0]))
+    scale = record(1 / det_A)
+    X = [[record(scale * record(dot(row, column))) for row in adjugate] for column in zip(*C, strict=True)]
+    complement = [[S.Zero] * 3 for _ in range(3)]
+    for i, j in _LOWER:
+        through = dot(X[i], [row[j] for row in C])
+        complement[i][j] = complement[j][i] = record(gram[3 + i][3 + j] - through)
+    return record(det_A * determinant(record, complement))
+
+
+_LOWER = ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2))
+
+
+def _symmetric_adjugate(record: Recorder, A: Matrix) -> Matrix:
+    adjugate = [[S.Zero] * 3 for _ in range(3)]
+    for i, j in _LOWER:
+        (a, b), (c, d) = [[A[r][s] for s in range(3) if s != j] for r in range(3) if r != i]
+        adjugate[i][j] = adjugate[j][i] = record((-1) ** (i + j) * (a * d - b * c))
+    return adjugate
+
+
+def laguerre_step(size: int) -> Program:
+    r"""One step of Laguerre's iteration towards an extreme root of a bidiagonal matrix' polynomial.
+
+    The polynomial :math:`P(y) = \det(y I - B B^\top)` is evaluated by the three-term recurrence of the
+    Golub–Kahan matrix, whose diagonal is zero: rounding then changes the entries of B, and so its singular
+    values, by a relative few ε only. From outside the roots the iteration approaches the nearest one
+    monotonically, at third order where it is simple and linearly where it repeats.
+
+    Parameters
+    ----------
+    size
+        Number m of singular values.
+
+    Returns
+    -------
+    Program with inputs y, s (−1 for y below all roots, +1 for y above them) and the 2m − 1 squares of
+    :func:`bidiagonal_squares`, and the step as output, to be subtracted from y.
+
+    References
+    ----------
+    Parlett (1998), The Symmetric Eigenvalue Problem, section 7.6; Golub & Kahan (1965).
+    """
+    record = Recorder("t")
+    y, side = sympy.symbols("y side", real=True)
+    squares = sympy.symbols(f"b:{2 * size - 1}", real=True)
+    # Value, first derivative and half the second of P_k for even k and of P_k/√y for odd k.
+    even, odd = [S.One, S.Zero, S.Zero], [S.One, S.Zero, S.Zero]
+    for k, square in enumerate(squares, start=1):
+        if k % 2:
+            up = (y * odd[0], odd[0] + y * odd[1], odd[1] + y * odd[2])
+            even = record.all(a - square * b for a, b in zip(up, even, strict=True))
+        else:
+            odd = record.all(a - square * b for a, b in zip(even, odd, strict=True))
+    P, slope, half_curvature = even
+    under_root = (size - 1) ** 2 * slope**2 - 2 * size * (size - 1) * P * half_curvature
+    root = record(sympy.sqrt(record(sympy.Abs(record(under_root)))))
+    step = record(side * size * P / record(side * slope + root + _TINY))
+    return record.program((y, side, *squares), [step])
+
+
+def gram(record: Recorder, rows: Matrix) -> Matrix:
+    """Multiply a matrix by its own transpose."""
+    product = [[S.Zero] * len(rows) for _ in rows]
+    for i, row in enumerate(rows):
+        for j, other in enumerate(rows[: i + 1]):
+            product[i][j] = product[j][i] = record(dot(row, other))
+    return product
