@@ -81,7 +81,7 @@ lint: $(READY)  ## style, types, layers, lock
 	  echo "environment.lock has CUDA packages: make it with make lock"; exit 1; \
 	  else echo "environment.lock: no CUDA packages"; fi
 
-bench: $(READY)  ## run the benchmarks and print their ratios
+bench: $(READY)  ## run the benchmarks, print their ratios, write them into _build/benchmarks
 	@$(IN)/python -m pytest -s tests/benchmarks
 
 # ---- long runs, lock, cleaning ----

@@ -200,13 +200,13 @@ class _InC:
 
     def values(self, q: Tensor) -> Tensor:
         rows = _plain_memory(q)
-        values = torch.empty(q.shape[:-1], dtype=torch.float64)
+        values = rows.new_empty(q.shape[:-1])
         self._run(self._batch, rows, values.data_ptr())
         return values if q.is_cpu else values.to(q.device)
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
         rows = _plain_memory(q)
-        values, gradients = torch.empty(q.shape[:-1], dtype=torch.float64), torch.empty_like(rows)
+        values, gradients = rows.new_empty(q.shape[:-1]), torch.empty_like(rows)
         self._run(self._gradient_batch, rows, values.data_ptr(), gradients.data_ptr())
         return (values, gradients) if q.is_cpu else (values.to(q.device), gradients.to(q.device))
 

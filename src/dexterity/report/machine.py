@@ -1,5 +1,6 @@
 """The machine that a result was made on, as far as it can change a number or a time."""
 
+import importlib.metadata
 import os
 import platform
 import re
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-__all__ = ["Machine"]
+__all__ = ["Machine", "processor", "versions"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Machine:
     def present(cls) -> "Machine":
         """Describe the machine that this runs on."""
         return cls(
-            processor=_processor(),
+            processor=processor(),
             cores=os.cpu_count() or 1,
             threads=torch.get_num_threads(),
             python=platform.python_version(),
@@ -42,9 +43,23 @@ class Machine:
         )
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Name the processor, as far as the system tells it."""
     # Linux alone keeps the model out of `platform`.
     description = Path("/proc/cpuinfo")
     text = description.read_text(encoding="utf-8") if description.exists() else ""
     model = re.search(r"^model name\s*:\s*(.+)$", text, flags=re.MULTILINE)
     return model[1] if model else platform.processor() or platform.machine()
+
+
+def versions(*distributions: str) -> dict[str, str]:
+    """Versions of Python and of installed distributions, each under its name.
+
+    Raises
+    ------
+    importlib.metadata.PackageNotFoundError
+        If one is not installed.
+    """
+    return {"Python": platform.python_version()} | {
+        name: importlib.metadata.version(name) for name in distributions
+    }
