@@ -1,4 +1,5 @@
-# `make` or `make help` lists the commands. `make book` and `make test` need python3.11 or later (with venv) and make.
+# `make` or `make help` lists the commands. `make book` and `make test` need python3.11 or later (with venv), make and a C
+# compiler.
 
 SHELL       := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c

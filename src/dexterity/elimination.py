@@ -36,7 +36,7 @@ _TINY = sympy.Float(1e-300)  # keeps the square root of a zero, and its derivati
 
 
 LAGUERRE_STEPS = 60
-"""Steps after which the iteration ends at the latest. A root that repeats four times takes thirty."""
+"""Steps after which the iteration ends at the latest. A root that repeats four or five times takes about thirty."""
 
 LAGUERRE_TOLERANCE = 1e-13
 """Steps that are smaller than this part of the root are the last."""
@@ -185,7 +185,7 @@ def laguerre_step(size: int) -> Program:
 
     References
     ----------
-    Parlett (1998), The Symmetric Eigenvalue Problem, section 7.6; Golub & Kahan (1965).
+    Parlett (1964), Laguerre's method applied to the matrix eigenvalue problem; Golub & Kahan (1965).
     """
     record = Recorder("t")
     y, side = sympy.symbols("y side", real=True)

@@ -1,14 +1,19 @@
 import dataclasses
+from functools import partial
 
+import numpy as np
 import pytest
+import sympy
+import torch
 
-from dexterity import studies
+from dexterity import robots, studies, symbolic
 from dexterity.report.claims import Acceptance, Outcome, Verdict, ledger_faults, load_papers
 from dexterity.report.provenance import ProbeMissed
 from dexterity.report.runs import run_study
 from dexterity.report.study import load_study
 from dexterity.store import content_key
 from dexterity.studies import STUDIES, __main__
+from dexterity.studies.uvms import cost, kinematics
 
 PAPERS = load_papers()
 
@@ -27,7 +32,7 @@ def remembered(runs, monkeypatch):
 
 
 def test_the_studies_of_part_one_are_found():
-    assert set(STUDIES) >= {"uvms.kinematics", "uvms.indices", "uvms.tasks"}
+    assert set(STUDIES) >= {"uvms.kinematics", "uvms.indices", "uvms.tasks", "uvms.cost"}
     assert list(STUDIES) == sorted(set(STUDIES))
 
 
@@ -129,3 +134,79 @@ def test_probe_tries_every_stored_result_and_fails_if_one_is_missed(monkeypatch,
     assert capsys.readouterr().out == f"{STUDIES[0]} is off\n"
     monkeypatch.setattr(__main__, "load_stored", lambda name: None)
     assert __main__.main(["probe"]) == 0
+
+
+class TestCost:
+    @pytest.fixture
+    def result(self, runs):
+        return runs["uvms.cost"].result
+
+    def test_printed_networks_have_the_printed_numbers_of_neurons(self):
+        (paper,) = (paper for paper in PAPERS if paper.key == "sotiropoulos2016")
+        for config in cost.CONFIGS.values():
+            w, kci = config.feed_forward_neurons
+            assert w == paper.claim("feed-forward-w-neurons").value
+            assert kci == paper.claim("feed-forward-kci-neurons").value
+            assert config.radial_basis_neurons[0] == paper.claim("radial-basis-w-neurons").value
+            (assumed,) = (entry for entry in paper.assumptions if entry.id == "neurons-behind-the-count")
+            assert assumed.chosen == f"{config.radial_basis_neurons[1]}."
+
+    def test_networks_have_an_input_for_each_joint_that_matters(self, result):
+        for networks in (result.feed_forward, result.radial_basis):
+            assert {name: network.inputs for name, network in networks.items()} == {"w": 7, "KCI": 11}
+
+    def test_each_way_of_counting_saves_operations(self, result):
+        for row in cost.table_4(result).values():
+            assert row["written out"] >= row["terms shared"] >= row["reduced"] > 0
+
+    def test_parts_of_the_appendix_add_up_in_each_of_our_ways(self, result):
+        parts = cost.appendix_a(result)
+        for way, root in (("written out", 0), ("terms shared", 1)):
+            w = sum(parts[part][way] for part in ("Jacobian", "JJᵀ", "its determinant"))
+            assert parts["w in all"][way] == w + root
+            kci = parts["Jacobian"][way] + parts["singular values"][way]
+            assert parts["KCI in all"][way] == kci
+
+    def test_the_sum_that_gives_the_table_is_called_fitted(self, result):
+        fitted = [v.claim for v in cost.verdicts(result) if v.outcome is Outcome.FITTED]
+        assert fitted == ["w-operations-table"]
+
+    def test_every_way_of_the_ladder_computes_the_same(self, result):
+        for errors in result.way_errors.values():
+            assert len(errors) == 8
+            assert max(errors.values()) < 1e-12
+
+    def test_smoke_takes_no_times_so_that_its_result_comes_again(self, result):
+        assert result.ladder == {"w": (), "KCI": ()}
+
+    def test_a_drawing_has_every_step_once_and_right_of_what_it_uses(self):
+        symbols = symbolic.SymbolicChain.from_description(robots.describe("uvms"))
+        derivation = symbolic.derive(symbols, cost.INDICES["w"])
+        drawing = cost.draw(derivation)
+        steps = derivation.squared_manipulability.steps
+        assert len(drawing.places) == len(drawing.stages) == len(steps) + len(derivation.matters)
+        assert len({tuple(place) for place in drawing.places}) == len(drawing.places)
+        x = drawing.places[:, 0]
+        assert all(x[used] < x[user] for used, user in drawing.arrows)
+
+    @pytest.mark.parametrize("name", ["docking_arm", "uvms"])
+    def test_the_jacobian_written_out_is_that_of_the_chain(self, name):
+        chain = robots.build(robots.describe(name))
+        q = torch.linspace(-1, 1, chain.joints, dtype=torch.float64)
+        J = in_numbers(cost.written_out, name, q)
+        np.testing.assert_allclose(J, chain.spatial_jacobian(q), rtol=0, atol=1e-14)
+
+    def test_as_printed_its_columns_are_those_of_the_kinematics_chapter(self):
+        q = torch.linspace(-1, 1, 12, dtype=torch.float64)
+        J = in_numbers(partial(cost.written_out, home_in_adjoint=True), "uvms", q)
+        printed = kinematics.equation_6_as_printed(robots.uvms(), q)
+        np.testing.assert_allclose(J, printed, rtol=0, atol=1e-14)
+
+
+def in_numbers(jacobian, name, q):
+    """Evaluate a Jacobian in symbols, for a robot with its lengths as described."""
+    chain = symbolic.SymbolicChain.from_description(robots.describe(name))
+    lengths = {length: robots.describe(name).lengths[str(length)] for length in chain.lengths}
+    joints = sympy.symbols(f"q1:{chain.joints + 1}", real=True)
+    J = jacobian(chain).xreplace(lengths | dict(zip(joints, q.tolist(), strict=True)))
+    return np.array(J.evalf(), dtype=float)
