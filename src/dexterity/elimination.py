@@ -102,10 +102,12 @@ def _reflect(record: Recorder, x: list[Expr], others: Matrix) -> Expr:
     entries[0] = 0
     if len(entries) == 1:
         return record(x[0] ** 2)
-    square = record(sympy.Add(*(x[i] ** 2 for i in entries), _TINY))
+    rest = record(sympy.Add(*(x[i] ** 2 for i in entries[1:])))
+    square = record(x[0] ** 2 + rest + _TINY)
     length = record(sympy.sqrt(square))
-    scale = record(1 / record(square + length * sympy.Abs(x[0])))
     normal = [record(x[0] + copysign(length, x[0])), *(x[i] for i in entries[1:])]
+    # Two over the square of the normal itself: so it is a reflection even where x vanishes.
+    scale = record(2 * record(1 / record(normal[0] ** 2 + rest)))
     for row in others:
         if any(row[i] != 0 for i in entries):
             along = record(scale * record(dot(normal, [row[i] for i in entries])))
