@@ -36,7 +36,7 @@ _TINY = sympy.Float(1e-300)  # keeps the square root of a zero, and its derivati
 
 
 LAGUERRE_STEPS = 60
-"""Steps after which the iteration ends at the latest. A root that repeats four or five times takes about thirty."""
+"""Steps after which the iteration ends at the latest; a root that repeats four times takes about thirty."""
 
 LAGUERRE_TOLERANCE = 1e-13
 """Steps that are smaller than this part of the root are the last."""

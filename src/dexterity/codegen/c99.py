@@ -8,15 +8,13 @@ for that reason.
 from __future__ import annotations
 
 import re
-from importlib.resources import files
-from string import Template
 
 import mpmath
 import sympy
 from sympy import Symbol
 
 from dexterity.codegen.heading import heading
-from dexterity.codegen.printing import C, with_angles_paired
+from dexterity.codegen.printing import C, template, with_angles_paired
 from dexterity.derivation import Derivation
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.program import Program
@@ -56,18 +54,16 @@ def c_source(derivation: Derivation) -> str:
         "sine_cosine": _sine_cosine(),
         "computation": _COMPUTATIONS[derivation.index.name](derivation),
     }
-    return _template("file.c.in").substitute(parts)
+    return template("file.c.in").substitute(parts)
 
 
 def _manipulability(derivation: Derivation) -> str:
-    return _template("manipulability.c.in").substitute(
-        value=_loop("index_value", derivation.manipulability),
-        gradient=_loop("index_gradient", derivation.manipulability_gradient),
-    )
+    value = _loop("index_value", derivation.manipulability)
+    return value + "\n" + _loop("index_gradient", derivation.manipulability_gradient)
 
 
 def _conditioning(derivation: Derivation) -> str:
-    return _template("conditioning.c.in").substitute(
+    return template("conditioning.c.in").substitute(
         zero=ZERO,
         steps=LAGUERRE_STEPS,
         tolerance=LAGUERRE_TOLERANCE,
@@ -79,10 +75,6 @@ def _conditioning(derivation: Derivation) -> str:
 
 
 _COMPUTATIONS = {"manipulability": _manipulability, "kinematic_conditioning": _conditioning}
-
-
-def _template(name: str) -> Template:
-    return Template(files("dexterity.codegen").joinpath("templates", name).read_text(encoding="utf-8"))
 
 
 def _loop(name: str, program: Program) -> str:
@@ -129,7 +121,7 @@ def _sine_cosine() -> str:
     z = Symbol("z")
     sine = sum((-1) ** (k % 2) * z ** (k - 1) / sympy.factorial(2 * k + 1) for k in range(1, 8))
     cosine = sum((-1) ** (k % 2) * z ** (k - 2) / sympy.factorial(2 * k) for k in range(2, 9))
-    return _template("sine_cosine.c.in").substitute(
+    return template("sine_cosine.c.in").substitute(
         quarter_turns=repr(quarter_turns),
         part0=repr(parts[0]), part1=repr(parts[1]), part2=repr(parts[2]),
         sine=_horner(sine, z), cosine=_horner(cosine, z),

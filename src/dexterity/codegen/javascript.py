@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
-from string import Template
 
 from dexterity.codegen.heading import heading
-from dexterity.codegen.printing import JAVASCRIPT
+from dexterity.codegen.printing import JAVASCRIPT, template
 from dexterity.derivation import Derivation
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.program import Program
@@ -27,7 +25,7 @@ def javascript_module(derivation: Derivation) -> str:
     if derivation.index.name == "manipulability":
         computation = _function("compute", derivation.manipulability)
     else:
-        computation = _template("conditioning.js.in").substitute(
+        computation = template("conditioning.js.in").substitute(
             steps=LAGUERRE_STEPS,
             tolerance=LAGUERRE_TOLERANCE,
             bidiagonal=_function("bidiagonal", derivation.bidiagonal),
@@ -40,16 +38,12 @@ def javascript_module(derivation: Derivation) -> str:
         "joints": derivation.chain.joint_names,
         "matters": derivation.matters,
     }
-    return _template("module.js.in").substitute(
+    return template("module.js.in").substitute(
         heading="\n".join(f"// {line}".rstrip() for line in heading(derivation)),
         about=json.dumps(about, ensure_ascii=False, indent=2),
         joints=derivation.chain.joints,
         computation=computation,
     )
-
-
-def _template(name: str) -> Template:
-    return Template(files("dexterity.codegen").joinpath("templates", name).read_text(encoding="utf-8"))
 
 
 def _function(name: str, program: Program) -> str:

@@ -1,8 +1,10 @@
-"""Programs printed as statements of a language with C's arithmetic."""
+"""Programs printed as statements of languages with C's arithmetic, and the templates that they go into."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.resources import files
+from string import Template
 from typing import TypeAlias
 
 import sympy
@@ -13,14 +15,14 @@ from sympy.printing.precedence import PRECEDENCE
 
 from dexterity.program import Program
 
-__all__ = ["JAVASCRIPT", "C", "Item", "with_angles_paired"]
+__all__ = ["JAVASCRIPT", "C", "Item", "template", "with_angles_paired"]
 
 
 class _Arithmetic:
     """Squares and reciprocals as products and quotients instead of calls of pow."""
 
     def _print_Pow(self, expression: Expr) -> str:
-        base = self.parenthesize(expression.base, PRECEDENCE["Atom"])  # type: ignore[attr-defined]
+        base = self.parenthesize(expression.base, PRECEDENCE["Atom"], strict=True)  # type: ignore[attr-defined]
         if expression.exp == 2:
             return f"({base}*{base})"
         if expression.exp == -1:
@@ -64,3 +66,8 @@ def with_angles_paired(program: Program) -> Iterator[Item]:
             yield symbol, expression
         elif (pair := pairs.pop(expression.args[0], None)) is not None:
             yield expression.args[0], pair.get(sympy.sin), pair.get(sympy.cos)
+
+
+def template(name: str) -> Template:
+    """Return one of the texts in the folder ``templates``, with places for what is generated."""
+    return Template(files("dexterity.codegen").joinpath("templates", name).read_text(encoding="utf-8"))
