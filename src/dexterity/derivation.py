@@ -27,6 +27,7 @@ from sympy import Expr, S, Symbol
 from dexterity import operations, robots
 from dexterity.chain import Chain, JointKind
 from dexterity.elimination import (
+    VANISHING,
     Matrix,
     bidiagonal_squares,
     determinant,
@@ -221,7 +222,7 @@ class Derivation:
         if rows is None:
             return record.program(self.joint_values, [S.Zero])
         _, squares = triangularise(record, rows)
-        root = record(sympy.sqrt(record(sympy.Mul(*squares) + _TINY)))
+        root = record(sympy.sqrt(record(sympy.Mul(*squares) + VANISHING)))
         return record.program(self.joint_values, [_number(1 / math.prod(self.tool_rates)) * root])
 
     @cached_property
@@ -247,7 +248,7 @@ class Derivation:
         record = Recorder("x")
         L = _triangle(record.replay(self.triangle))
         squares = bidiagonal_squares(record, L)
-        scale = record(1 / record(sympy.Add(*squares) + _TINY))
+        scale = record(1 / record(sympy.Add(*squares) + VANISHING))
         return record.program(self.joint_values, [square * scale for square in squares])
 
     @cached_property
@@ -527,4 +528,3 @@ def _tidy(vector: Iterable[Expr]) -> np.ndarray:
 
 
 _ROUNDING = 1e-14
-_TINY = sympy.Float(1e-300)

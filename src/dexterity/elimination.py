@@ -19,6 +19,7 @@ from dexterity.program import Program, Recorder, copysign
 __all__ = [
     "LAGUERRE_STEPS",
     "LAGUERRE_TOLERANCE",
+    "VANISHING",
     "Matrix",
     "bidiagonal_squares",
     "determinant",
@@ -32,8 +33,9 @@ __all__ = [
 Matrix: TypeAlias = list[list[Expr]]
 """Rows of expressions."""
 
-_TINY = sympy.Float(1e-300)  # keeps the square root of a zero, and its derivative, finite
 
+VANISHING = sympy.Float(1e-60)
+"""Square of a length that counts as none; added to squares, it keeps roots and their derivatives finite."""
 
 LAGUERRE_STEPS = 60
 """Steps after which the iteration ends at the latest; a root that repeats four times takes about thirty."""
@@ -103,7 +105,7 @@ def _reflect(record: Recorder, x: list[Expr], others: Matrix) -> Expr:
     if len(entries) == 1:
         return record(x[0] ** 2)
     rest = record(sympy.Add(*(x[i] ** 2 for i in entries[1:])))
-    square = record(x[0] ** 2 + rest + _TINY)
+    square = record(x[0] ** 2 + rest + VANISHING)
     length = record(sympy.sqrt(square))
     normal = [record(x[0] + copysign(length, x[0])), *(x[i] for i in entries[1:])]
     # Two over the square of the normal itself: so it is a reflection even where x vanishes.
@@ -203,7 +205,7 @@ def laguerre_step(size: int) -> Program:
     P, slope, half_curvature = even
     under_root = (size - 1) ** 2 * slope**2 - 2 * size * (size - 1) * P * half_curvature
     root = record(sympy.sqrt(record(sympy.Abs(record(under_root)))))
-    step = record(side * size * P / record(side * slope + root + _TINY))
+    step = record(side * size * P / record(side * slope + root + sympy.Float(1e-300)))
     return record.program((y, side, *squares), [step])
 
 

@@ -82,9 +82,9 @@ class CompiledIndex:
     """An index of a chain, compiled; :func:`compile_index` makes it.
 
     It is called as what :meth:`dexterity.indices.Index.bind` returns is, and differentiable by torch once.
-    Where the index is zero, its minimum, the gradient is given as zero; where the smallest or the largest
-    singular value repeats, KCI has one-sided derivatives only, and the gradient is that of one of the
-    repeated ones.
+    Where w is zero, its minimum, its gradient is zero or that of one side; that of KCI is zero there. Where
+    the smallest or the largest singular value repeats, KCI has one-sided derivatives only, and the gradient
+    is that of one of the repeated ones.
     """
 
     def __init__(self, chain: SymbolicChain, index: Index, engine: Engine) -> None:

@@ -101,7 +101,7 @@ def test_page_was_made_from_the_present_source(page: str) -> None:
 
 
 def _public_modules() -> list[str]:
-    """Name all modules, of `report` only those that a chapter imports, of `codegen` only the package itself."""
+    """Name all modules, of `report` only those that a chapter imports, of `codegen` only its public face."""
     chapters = "\n".join(source_text(page) for page in PAGES)
     imported = {
         f"{dexterity.__name__}.report.{name.strip()}"

@@ -45,14 +45,15 @@ def c_source(derivation: Derivation) -> str:
         If the chain has lengths without a value, or fewer than six joints.
     """
     derivation.chain.require_computable(derivation.index.name)
+    computation = _COMPUTATIONS[derivation.index.name](derivation)
     parts = {
         "heading": "\n".join(f" * {line}".rstrip() for line in heading(derivation)),
         "name": function_name(derivation.chain.name, derivation.index.name),
         "not_finite": NOT_FINITE,
         "joints": derivation.chain.joints,
         "turning": ", ".join(str(int(kind == "revolute")) for kind in derivation.chain.kinds),
-        "sine_cosine": _sine_cosine(),
-        "computation": _COMPUTATIONS[derivation.index.name](derivation),
+        "sine_cosine": _sine_cosine() if "sine_cosine(" in computation else "",
+        "computation": computation,
     }
     return template("file.c.in").substitute(parts)
 

@@ -14,7 +14,7 @@ _TITLES = {"manipulability": "Manipulability w", "kinematic_conditioning": "Kine
 _ACCURACY = {
     "manipulability": (
         "a few rounding errors (1e-16), relative, divided by the smallest over the largest singular value "
-        "of the Jacobian. Where w is zero its gradient is given as zero."
+        "of the Jacobian. Where w is zero, its minimum, the gradient is zero or that of one side."
     ),
     "kinematic_conditioning": (
         "a few rounding errors (1e-16), absolute. Where the smallest or the largest singular value repeats, "
@@ -42,7 +42,8 @@ def heading(derivation: Derivation) -> list[str]:
     ]
     # Names come from whoever built the chain: neither a line's nor a comment's end may hide in them.
     printable = (
-        "".join(c if c.isprintable() else " " for c in entry).replace("*/", "* /") for entry in entries
+        "".join(c if c.isprintable() else " " for c in entry).replace("*/", "* /").replace("/*", "/ *")
+        for entry in entries
     )
     return [line for entry in printable for line in textwrap.wrap(entry, 100, subsequent_indent="  ")]
 

@@ -19,7 +19,10 @@ __all__ = ["JAVASCRIPT", "C", "Item", "template", "with_angles_paired"]
 
 
 class _Arithmetic:
-    """Squares and reciprocals as products and quotients instead of calls of pow."""
+    """Squares and reciprocals as products and quotients, not calls of pow; numbers with all their digits."""
+
+    def _print_Float(self, number: Expr) -> str:
+        return repr(float(number))
 
     def _print_Pow(self, expression: Expr) -> str:
         base = self.parenthesize(expression.base, PRECEDENCE["Atom"], strict=True)  # type: ignore[attr-defined]
