@@ -1,0 +1,463 @@
+"""C files of indices: standard C without warnings, without allocation, safe on any input, exact."""
+
+import ctypes
+import math
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_allclose, assert_array_equal
+from numpy.typing import NDArray
+
+import dexterity as dx
+from dexterity import symbolic
+from dexterity.codegen import library
+from dexterity.codegen.c99 import NOT_FINITE, function_name
+from dexterity.indices import Index
+from dexterity.symbolic import SymbolicChain
+
+Array = NDArray[np.float64]
+W, KCI = "manipulability", "kinematic_conditioning"
+UVMS, PUMA = dx.robots.uvms(), dx.robots.puma560()
+PLANAR = dx.Chain.from_dh([{"a": 0.3}] * 6, name="planar")
+NULL_POINTER, WRONG_JOINTS = 1, 2
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror")
+SANITIZED = (*STRICT, "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+both_indices = pytest.mark.parametrize("name", [W, KCI])
+
+
+@pytest.fixture(params=["gcc", "clang"])
+def compiler(request: pytest.FixtureRequest) -> str:
+    if shutil.which(request.param) is None:
+        pytest.skip(f"{request.param} is not installed")
+    return request.param
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _quick_compilation_into_a_cache_of_its_own(tmp_path_factory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DEXTERITY_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setattr(library, "FLAGS", tuple("-O1" if f == "-O3" else f for f in library.FLAGS))
+        yield
+
+
+@cache
+def source_of(chain: dx.Chain, name: str) -> str:
+    return symbolic.c_source(symbolic.derive(chain, Index(name)))
+
+
+def compile_strictly(compiler: str, flags: tuple[str, ...], *arguments: Path | str) -> None:
+    run = subprocess.run([compiler, *flags, *arguments], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""
+
+
+class Functions:
+    """The four functions of a compiled file, on arrays."""
+
+    def __init__(self, chain: dx.Chain, name: str) -> None:
+        self.joints = chain.joints
+        loaded, begin = library.compiled_library(source_of(chain, name)), function_name(chain.name, name)
+        self._scalar, self._gradient, self._batch, self._gradient_batch = (
+            getattr(loaded, begin + end) for end in ("", "_gradient", "_batch", "_gradient_batch")
+        )
+
+    def scalar(self, q: Array | None, value: Array | None) -> int:
+        return self._scalar(_pointer(q), _pointer(value))
+
+    def gradient(self, q: Array | None, value: Array | None, gradient: Array | None) -> int:
+        return self._gradient(_pointer(q), _pointer(value), _pointer(gradient))
+
+    def batch(self, q: Array | None, count: int, joints: int, values: Array | None) -> int:
+        return self._batch(_pointer(q), _size(count), _size(joints), _pointer(values))
+
+    def gradient_batch(
+        self, q: Array | None, count: int, joints: int, values: Array | None, gradients: Array | None
+    ) -> int:
+        return self._gradient_batch(
+            _pointer(q), _size(count), _size(joints), _pointer(values), _pointer(gradients)
+        )
+
+
+_size = ctypes.c_size_t
+
+
+def _pointer(array: Array | None) -> ctypes.c_void_p:
+    assert array is None or array.flags.c_contiguous
+    return ctypes.c_void_p(None if array is None else array.ctypes.data)
+
+
+functions_of = cache(Functions)
+
+
+# ---- the text --------------------------------------------------------------------------------------
+
+
+@both_indices
+@pytest.mark.parametrize("chain", [PUMA, UVMS, PLANAR], ids=["puma", "uvms", "planar"])
+def test_a_file_compiles_without_warnings(tmp_path, compiler, chain, name):
+    file = tmp_path / "index.c"
+    file.write_text(source_of(chain, name), encoding="utf-8")
+    compile_strictly(compiler, (*STRICT, "-O1"), "-c", file, "-o", tmp_path / "index.o")
+
+
+@both_indices
+def test_a_file_needs_nothing_and_keeps_nothing(name):
+    source = source_of(UVMS, name)
+    code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
+    assert re.findall(r"#\s*include\s*(\S+)", code) == ["<math.h>", "<stddef.h>"]
+    assert not re.search(r"alloc|\bfree\b|\bextern\b|\bgoto\b", code)
+    # Whatever is static is a function or a constant.
+    for line in re.findall(r"^static (.*)$", code, flags=re.MULTILINE):
+        assert re.match(r"(const|inline void|void|int) \w+[\[(]|const int TURNING", line), line
+
+
+@both_indices
+def test_a_file_says_what_it_computes(name):
+    index = Index(name, "body", joint_rates=(0.5,) * 3 + (0.25,) * 3 + (1.0,) * 6, tool_rates=(2.0,) * 6)
+    comment, _ = symbolic.c_source(symbolic.derive(UVMS, index)).split("*/", 1)
+    words = " ".join(comment.replace(" *", " ").split())
+    for said in (
+        f"of {UVMS.name}",
+        "x [m], y [m]",
+        "θx [rad]",
+        "Frame: body Jacobian",
+        "Largest joint rates [unit/s]: 0.5, 0.5, 0.5, 0.25",
+        "Largest tool rates [m/s, rad/s]: 2, 2, 2, 2, 2, 2",
+        "per [rad] or [m]",
+        "Accuracy: a few rounding errors",
+        f"{function_name(UVMS.name, name)}_gradient_batch",
+    ):
+        assert said in words
+
+
+@pytest.mark.parametrize(
+    ("chain", "name"),
+    [
+        ("uvms", "uvms_manipulability"),
+        ("PUMA 560 (fitted)", "puma_560_fitted_manipulability"),
+        ("7-axis arm", "chain_7_axis_arm_manipulability"),
+        ("_hidden", "hidden_manipulability"),
+        ("Ärmchen", "rmchen_manipulability"),
+        ("θ", "manipulability"),
+        ("", "manipulability"),
+        ("*/ int main(void); /*", "int_main_void_manipulability"),
+    ],
+)
+def test_functions_are_named_for_chain_and_index(chain, name):
+    assert function_name(chain, W) == name
+
+
+HOSTILE = {
+    "end of comment": "arm */ OUTSIDE /*",
+    "end of comment, again": "arm **//",
+    "end of comment, spread": "arm *\n/ OUTSIDE",
+    "new lines": "arm\nOUTSIDE\r\nOUTSIDE\u2028OUTSIDE\x85OUTSIDE\x0bOUTSIDE",
+    "backslash": "arm \\",
+    "backslash and new line": "arm *\\\n/ OUTSIDE",
+    "backslashes": "\\" * 300,
+    "trigraph": "arm *??/\n/ OUTSIDE ??/",
+    "start of comment": "arm /* OUTSIDE",
+    "placeholder": "arm $joints ${name} $$",
+    "quotes": "arm \" ' ` ${1}",
+    "long": "arm */ OUTSIDE" * 100,
+    "unprintable": "arm \x00 \x1b \ufeff \u202e */ OUTSIDE",
+}
+
+
+@pytest.mark.parametrize("chain_name", HOSTILE.values(), ids=HOSTILE)
+def test_no_name_breaks_out_of_the_comment(tmp_path, compiler, chain_name):
+    derivation = symbolic.derive(PLANAR, Index(W))
+    names = tuple(f"{chain_name} {i}" for i in range(6))
+    source = symbolic.c_source(
+        replace(derivation, chain=replace(derivation.chain, name=chain_name, joint_names=names))
+    )
+    _, code = source.split("*/", 1)
+    assert code.startswith("\n#include <math.h>\n")
+    assert "OUTSIDE" not in code
+    file = tmp_path / "index.c"
+    file.write_text(source, encoding="utf-8")
+    compile_strictly(compiler, STRICT, "-c", file, "-o", tmp_path / "index.o")
+
+
+# ---- values ----------------------------------------------------------------------------------------
+
+
+@both_indices
+@pytest.mark.parametrize("chain", [PUMA, UVMS], ids=["puma", "uvms"])
+def test_values_and_gradients_are_those_of_torch(rng, chain, name):
+    q = rng.uniform(-3, 3, (200, chain.joints))
+    f = symbolic.compile_index(chain, Index(name), "torch")
+    expected, slopes = (x.numpy() for x in f.value_and_gradient(q))
+    conditioning = Index(KCI).bind(chain)(q).numpy()
+    values, gradients = np.empty(200), np.empty_like(q)
+    assert functions_of(chain, name).gradient_batch(q, 200, chain.joints, values, gradients) == 0
+    assert_allclose(values, expected, rtol=0, atol=1e-12)
+    assert_allclose(values[conditioning > 1e-3], expected[conditioning > 1e-3], rtol=1e-12)
+    assert (np.abs(gradients - slopes).max(-1) <= 1e-12 * np.abs(slopes).max(-1) / conditioning).all()
+
+
+@both_indices
+@pytest.mark.parametrize("count", [0, 1, 15, 16, 17, 33])
+def test_all_four_functions_agree_and_write_their_rows_only(rng, name, count):
+    functions = functions_of(PUMA, name)
+    q = rng.uniform(-3, 3, (count, 6))
+    values, values_too = (np.full(count + 8, -7.0) for _ in range(2))
+    gradients = np.full((count + 8, 6), -7.0)
+    assert functions.batch(q, count, 6, values) == 0
+    assert functions.gradient_batch(q, count, 6, values_too, gradients) == 0
+    for result in (values, values_too, gradients):
+        assert_array_equal(result[count:], -7.0)
+    assert_allclose(values_too[:count], values[:count], rtol=1e-13, atol=1e-16)
+    for row in range(count):
+        value, again, gradient = np.full(3, -7.0), np.full(3, -7.0), np.full(9, -7.0)
+        assert functions.scalar(q[row].copy(), value) == 0
+        assert functions.gradient(q[row].copy(), again, gradient) == 0
+        for result, end in ((value, 1), (again, 1), (gradient, 6)):
+            assert_array_equal(result[end:], -7.0)
+        assert_allclose([value[0], again[0]], values[row], rtol=1e-13, atol=1e-16)
+        assert_allclose(gradient[:6], gradients[row], rtol=1e-10, atol=1e-13)
+
+
+@both_indices
+def test_a_chain_that_cannot_move_in_six_ways_has_zeros(rng, name):
+    q, values, gradients = rng.uniform(-3, 3, (20, 6)), np.ones(20), np.ones((20, 6))
+    assert functions_of(PLANAR, name).gradient_batch(q, 20, 6, values, gradients) == 0
+    assert_array_equal(values, 0)
+    assert_array_equal(gradients, 0)
+
+
+def test_numbers_keep_all_their_digits():
+    rates = (1 / 3, 1 / 7, math.pi, math.sqrt(2) / 10, 1e-3 / 9, 1.0)
+    source = symbolic.c_source(symbolic.derive(PUMA, Index(KCI, "spatial", rates)))
+    numbers = {float(number) for number in re.findall(r"[0-9]+\.[0-9]+(?:e[+-]?[0-9]+)?", source)}
+    assert numbers >= set(rates)
+
+
+# ---- errors ----------------------------------------------------------------------------------------
+
+
+@both_indices
+def test_null_pointers_are_refused(name):
+    functions = functions_of(PUMA, name)
+    q, values, gradients = np.ones((3, 6)), np.full(3, -7.0), np.full((3, 6), -7.0)
+    assert functions.scalar(None, values) == NULL_POINTER
+    assert functions.scalar(q, None) == NULL_POINTER
+    assert functions.batch(None, 3, 6, values) == NULL_POINTER
+    assert functions.batch(q, 3, 6, None) == NULL_POINTER
+    for arrays in ((None, values, gradients), (q, None, gradients), (q, values, None)):
+        assert functions.gradient(*arrays) == NULL_POINTER
+        assert functions.gradient_batch(arrays[0], 3, 6, *arrays[1:]) == NULL_POINTER
+    assert_array_equal(values, -7.0)
+    assert_array_equal(gradients, -7.0)
+
+
+@both_indices
+def test_null_pointers_are_fine_where_there_is_nothing_to_do(name):
+    functions = functions_of(PUMA, name)
+    assert functions.batch(None, 0, 6, None) == 0
+    assert functions.gradient_batch(None, 0, 6, None, None) == 0
+
+
+@both_indices
+@pytest.mark.parametrize("joints", [0, 5, 7, 12, 2**63])
+def test_another_number_of_joints_is_refused(name, joints):
+    functions = functions_of(PUMA, name)
+    q, values, gradients = np.ones((3, 6)), np.full(3, -7.0), np.full((3, 6), -7.0)
+    assert functions.batch(q, 3, joints, values) == WRONG_JOINTS
+    assert functions.gradient_batch(q, 3, joints, values, gradients) == WRONG_JOINTS
+    assert_array_equal(values, -7.0)
+    assert_array_equal(gradients, -7.0)
+
+
+@both_indices
+@pytest.mark.parametrize("poison", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("row", [0, 15, 16, 32])
+def test_what_is_not_finite_is_refused(name, poison, row):
+    functions = functions_of(PUMA, name)
+    for joint in range(6):
+        q, values, gradients = np.ones((33, 6)), np.full(40, -7.0), np.full((40, 6), -7.0)
+        q[row, joint] = poison
+        assert functions.batch(q, 33, 6, values) == NOT_FINITE
+        assert functions.gradient_batch(q, 33, 6, values, gradients) == NOT_FINITE
+        assert functions.scalar(q[row], values[33:]) == NOT_FINITE
+        assert functions.gradient(q[row], values[34:], gradients[33:]) == NOT_FINITE
+        assert_array_equal(values[35:], -7.0)
+        assert_array_equal(gradients[34:], -7.0)
+
+
+@both_indices
+def test_a_chain_that_cannot_be_computed_has_no_file(name):
+    short = dx.Chain.from_dh([{"a": 1}] * 5, name="short arm")
+    with pytest.raises(ValueError, match=r"^short arm has 5 joints"):
+        symbolic.c_source(symbolic.derive(short, Index(name)))
+    open_lengths = SymbolicChain.from_description(dx.robots.describe("docking_arm"))
+    with pytest.raises(ValueError, match=r"^docking_arm has lengths without a value"):
+        symbolic.c_source(symbolic.derive(open_lengths, Index(name)))
+
+
+MAIN = """
+#include <stdio.h>
+#include <stdlib.h>
+#include "index.c"
+
+/* Arrays of exactly the size that is needed, so that a step beside them is seen. */
+static double *array(size_t size, double fill)
+{
+  double *x = malloc((size ? size : 1)*sizeof *x);
+  if (x == NULL)
+    exit(9);
+  for (size_t i = 0; i < size; ++i)
+    x[i] = fill;
+  return x;
+}
+
+static void run(size_t count, double poison)
+{
+  double *q = array(count*JOINTS, 0.0), *values = array(count, -7.0), *gradients = array(count*JOINTS, -7.0);
+  double *value = array(1, -7.0), *gradient = array(JOINTS, -7.0);
+  for (size_t i = 0; i < count*JOINTS; ++i)
+    q[i] = (double)(i*7919u%6000u)/1000.0 - 3.0;
+  if (count > 0 && poison != 0.0)
+    q[count*JOINTS - 1] = poison;
+  printf("%d", NAME(_batch)(q, count, JOINTS, values));
+  printf(" %d", NAME(_gradient_batch)(q, count, JOINTS, values, gradients));
+  printf(" %d", NAME(_batch)(q, count, JOINTS + 1, values));
+  printf(" %d", NAME(_batch)(NULL, count, JOINTS, values));
+  printf(" %d", NAME(_gradient_batch)(q, count, JOINTS, values, NULL));
+  if (count > 0) {
+    printf(" %d", NAME()(q + (count - 1)*JOINTS, value));
+    printf(" %d", NAME(_gradient)(q + (count - 1)*JOINTS, value, gradient));
+  }
+  if (poison == 0.0 || poison > 1e3)
+    for (size_t i = 0; i < count; ++i) {
+      printf(" %a", values[i]);
+      for (int j = 0; j < JOINTS; ++j)
+        printf(" %a", gradients[i*JOINTS + j]);
+    }
+  printf("\\n");
+  free(q), free(values), free(gradients), free(value), free(gradient);
+}
+
+int main(void)
+{
+  const size_t counts[] = {0, 1, 15, 16, 17, 33};
+  for (int i = 0; i < 6; ++i)
+    run(counts[i], 0.0);
+  run(17, NAN);
+  run(17, -INFINITY);
+  run(3, 1e300);
+  return 0;
+}
+"""
+
+
+@both_indices
+def test_sanitizers_find_nothing(tmp_path, compiler, name):
+    empty = tmp_path / "empty.c"
+    empty.write_text("int main(void) { return 0; }\n", encoding="utf-8")
+    if subprocess.run(
+        [compiler, *SANITIZED, empty, "-o", tmp_path / "empty"], capture_output=True, check=False
+    ).returncode:
+        pytest.skip(f"{compiler} is installed without its sanitizers")
+    begin = function_name(PUMA.name, name)
+    (tmp_path / "index.c").write_text(source_of(PUMA, name), encoding="utf-8")
+    main = tmp_path / "main.c"
+    main.write_text(f"#define NAME(end) {begin}##end\n{MAIN}", encoding="utf-8")
+    # An empty argument of a macro is C99, but not for clang's -pedantic.
+    compile_strictly(compiler, SANITIZED, main, "-o", tmp_path / "main", "-lm")
+    run = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (0, "")
+
+    lines = [line.split() for line in run.stdout.splitlines()]
+    f = symbolic.compile_index(PUMA, Index(name), "torch")
+    for count, line in zip([0, 1, 15, 16, 17, 33], lines, strict=False):
+        null = 0 if count == 0 else NULL_POINTER
+        codes = [0, 0, WRONG_JOINTS, null, null] + [0, 0] * (count > 0)
+        assert [int(word) for word in line[: len(codes)]] == codes
+        rows = np.array([float.fromhex(word) for word in line[len(codes) :]]).reshape(count, 7)
+        q = (np.arange(count * 6) * 7919 % 6000 / 1000 - 3).reshape(count, 6)
+        value, gradient = f.value_and_gradient(q)
+        assert_allclose(rows[:, 0], value, rtol=1e-9, atol=1e-13)
+        assert_allclose(rows[:, 1:], gradient, rtol=1e-6, atol=1e-9)
+    for line in lines[6:8]:
+        assert [int(word) for word in line[:7]] == [3, 3, 2, 1, 1, 3, 3]
+    assert [int(word) for word in lines[8][:7]] == [0, 0, 2, 1, 1, 0, 0]
+    assert np.isfinite([float.fromhex(word) for word in lines[8][7:]]).all()
+
+
+# ---- sine and cosine -------------------------------------------------------------------------------
+
+
+def sines_and_cosines(x: Array) -> tuple[Array, Array]:
+    wrapper = """
+    void both(const double *x, size_t count, double *sine, double *cosine);
+    void both(const double *x, size_t count, double *sine, double *cosine)
+    {
+      for (size_t i = 0; i < count; ++i)
+        sine_cosine(x[i], sine + i, cosine + i);
+    }
+    """
+    sine, cosine = np.empty_like(x), np.empty_like(x)
+    both = library.compiled_library(source_of(PUMA, W) + wrapper).both
+    both(_pointer(x), _size(x.size), _pointer(sine), _pointer(cosine))
+    return sine, cosine
+
+
+ANGLES = {
+    "one turn": lambda rng: rng.uniform(-7, 7, 2_000),
+    "up to 1e5": lambda rng: rng.uniform(-1e5, 1e5, 2_000),
+    "all magnitudes": lambda rng: rng.choice([-1, 1], 2_000) * 10 ** rng.uniform(-320, 5, 2_000),
+    "beside multiples of π/2": lambda rng: (
+        np.spacing(x := rng.integers(-63_661, 63_662, 2_000) * (np.pi / 2)) * rng.integers(-2, 3, 2_000) + x
+    ),
+    "beside odd multiples of π/4": lambda rng: (
+        np.spacing(x := (rng.integers(-63_661, 63_660, 2_000) + 0.5) * (np.pi / 2))
+        * rng.integers(-2, 3, 2_000)
+        + x
+    ),
+    # 51 819 π/2 and others come nearest to a double: best approximations of π/2 by fractions.
+    "nearest to multiples of π/2": lambda rng: np.array(
+        [n * k * (np.pi / 2) for k in (1, 2, 7, 11, 22, 355, 710, 51_819) for n in (-1, 1)]
+    ),
+    "limits": lambda rng: np.array([0.0, -0.0, 5e-324, -1e-300, 1e5, -1e5, np.pi / 4, -np.pi / 4]),
+}
+
+
+@pytest.mark.parametrize("angles", ANGLES.values(), ids=ANGLES)
+def test_sine_and_cosine_are_off_by_two_units_in_the_last_place_at_most(rng, angles):
+    x = angles(rng)
+    assert np.abs(x).max() <= 1e5
+    with mpmath.workdps(60):
+        for values, exact in zip(sines_and_cosines(x), (mpmath.sin, mpmath.cos), strict=True):
+            exact_values = [exact(mpmath.mpf(angle)) for angle in x.tolist()]
+            errors = [abs(mpmath.mpf(v) - e) for v, e in zip(values.tolist(), exact_values, strict=True)]
+            ulps = [float(e / np.spacing(abs(float(v)))) for e, v in zip(errors, exact_values, strict=True)]
+            assert max(ulps) <= 2
+
+
+def test_sine_and_cosine_lie_on_the_unit_circle(rng):
+    sine, cosine = sines_and_cosines(rng.uniform(-1e5, 1e5, 100_000))
+    assert_allclose(sine**2 + cosine**2, 1, rtol=0, atol=1e-15)
+
+
+@both_indices
+@pytest.mark.parametrize("magnitude", [1e5, 1.1e5, 1e7, 1e9])
+def test_angles_of_any_size_are_taken_as_they_are(rng, name, magnitude):
+    """Beyond 1e5 they are brought into one turn first, by the library's own sine and cosine."""
+    q = rng.uniform(-1, 1, (100, 6)) * magnitude
+    q[::2, 0] = 1.0  # beside a small one
+    values = np.empty(100)
+    assert functions_of(PUMA, name).batch(q, 100, 6, values) == 0
+    plain = Index(name).bind(PUMA)(torch.from_numpy(q)).numpy()
+    assert_allclose(values, plain, rtol=0, atol=10 * np.finfo(float).eps * min(magnitude, 1e5))

@@ -1,0 +1,177 @@
+"""JavaScript modules of indices, run by node."""
+
+import json
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import dexterity as dx
+from dexterity import robots, symbolic
+from dexterity.indices import Index
+from dexterity.symbolic import SymbolicChain
+
+W, KCI = "manipulability", "kinematic_conditioning"
+UVMS, PUMA, ARM = dx.robots.uvms(), dx.robots.puma560(), dx.robots.docking_arm()
+PLANAR = dx.Chain.from_dh([{"a": 0.3}] * 6, name="planar")
+GANTRY = dx.Chain(np.eye(6), np.eye(4), name="gantry")  # three slides, three axes through the tool point
+
+needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+both_indices = pytest.mark.parametrize("name", [W, KCI])
+
+CALLER = """
+import { readFileSync } from "node:fs";
+import { about, value } from "./index.mjs";
+
+const results = JSON.parse(readFileSync(0, "utf8")).map((q) => {
+  try {
+    return value(q === null ? q : q.map((x) => (typeof x === "string" ? Number(x) : x)));
+  } catch (error) {
+    return { error: error.name, message: error.message };
+  }
+});
+console.log(JSON.stringify({ about, results }));
+"""
+
+
+@cache
+def module_of(chain: dx.Chain, index: Index) -> str:
+    return symbolic.javascript_module(symbolic.derive(chain, index))
+
+
+def called(folder: Path, module: str, configurations: list[Any]) -> dict[str, Any]:
+    """What the module says about itself, and its value, or error, at each configuration.
+
+    JSON knows neither NaN nor infinities, so they are passed as strings.
+    """
+    (folder / "index.mjs").write_text(module, encoding="utf-8")
+    (folder / "call.mjs").write_text(CALLER, encoding="utf-8")
+    run = subprocess.run(
+        ["node", folder / "call.mjs"],
+        input=json.dumps(configurations, allow_nan=False),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.returncode, run.stderr) == (0, "")
+    return json.loads(run.stdout)
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("chain", "index"),
+    [
+        (PUMA, Index(W)),
+        (PUMA, Index(KCI, "body", (0.3, 1.0, 0.7, 2.0, 1.0, 3.0), (0.5, 1.0, 0.7, 2.0, 1.0, 3.0))),
+        (ARM, Index(KCI, "geometric")),
+        (UVMS, Index(W)),
+        (UVMS, Index(KCI)),
+        (GANTRY, Index(KCI, "body")),
+    ],
+    ids=["puma w", "puma", "docking arm", "uvms w", "uvms", "gantry"],
+)
+def test_values_are_those_of_the_plain_computation(tmp_path, rng, chain, index):
+    q = rng.uniform(-3, 3, (200, chain.joints))
+    q[:20] *= rng.integers(0, 2, (20, chain.joints))
+    q[0] = 0
+    values = called(tmp_path, module_of(chain, index), q.tolist())["results"]
+    assert_allclose(values, index.bind(chain)(q), rtol=1e-11, atol=1e-14)
+
+
+@needs_node
+@both_indices
+def test_a_chain_that_cannot_move_in_six_ways_has_zeros(tmp_path, rng, name):
+    q = rng.uniform(-3, 3, (5, 6)).tolist()
+    assert_array_equal(called(tmp_path, module_of(PLANAR, Index(name)), q)["results"], 0)
+
+
+@needs_node
+@both_indices
+def test_bad_input_is_a_range_error(tmp_path, name):
+    bad = {
+        "too few": ([0.0] * 5, "q has 5 joints, the chain has 6"),
+        "too many": ([0.0] * 7, "q has 7 joints, the chain has 6"),
+        "none": ([], "q has 0 joints, the chain has 6"),
+        "NaN": ([0, 0, "NaN", 0, 0, 0], "q is not finite: it holds NaN or an infinity"),
+        "infinity": ([0, 0, 0, 0, 0, "Infinity"], "q is not finite: it holds NaN or an infinity"),
+        "minus infinity": (["-Infinity", 0, 0, 0, 0, 0], "q is not finite: it holds NaN or an infinity"),
+        "no number": ([None] * 6, "q is not finite: it holds NaN or an infinity"),
+    }
+    results = called(tmp_path, module_of(PUMA, Index(name)), [q for q, _ in bad.values()])["results"]
+    for result, (_, message) in zip(results, bad.values(), strict=True):
+        assert result == {"error": "RangeError", "message": message}
+
+
+@needs_node
+def test_a_module_says_what_it_computes(tmp_path):
+    about = called(tmp_path, module_of(UVMS, Index(KCI, "body")), [])["about"]
+    assert about == {
+        "chain": UVMS.name,
+        "index": KCI,
+        "frame": "body",
+        "joints": list(UVMS.joint_names),
+        "matters": [5, 6, 7, 8, 9, 10, 11],
+    }
+
+
+def test_a_module_exports_two_names_and_imports_nothing():
+    module = module_of(PUMA, Index(KCI))
+    exports = [line.split("(")[0] for line in module.splitlines() if line.startswith("export")]
+    assert exports == ["export const about = {", "export function value"]
+    assert "import" not in module
+    assert module.startswith("// Kinematic conditioning index KCI of puma560")
+
+
+@needs_node
+@pytest.mark.parametrize(
+    "chain_name",
+    [
+        "arm */ throw 1; /*",
+        "arm\nthrow 1;",
+        "arm\r\nthrow 1;\u2028throw 2;\u2029throw 3;\x85\x0bthrow 4;",
+        "arm \\",
+        'arm "; throw 1; "',
+        "arm ${throwing} $joints `",
+        "</script><script>throw 1",
+        "\\" * 300,
+        "θ 腕",
+    ],
+    ids=ascii,
+)
+def test_no_name_breaks_out_of_a_comment_or_a_string(tmp_path, chain_name):
+    derivation = symbolic.derive(PLANAR, Index(W))
+    names = tuple(f"{chain_name} {i}" for i in range(6))
+    module = symbolic.javascript_module(
+        replace(derivation, chain=replace(derivation.chain, name=chain_name, joint_names=names))
+    )
+    answer = called(tmp_path, module, [[0.0] * 6])
+    assert answer["results"] == [0]
+    assert answer["about"]["chain"] == chain_name
+    assert answer["about"]["joints"] == list(names)
+    heading = module.split("export", 1)[0]
+    assert all(line.startswith("//") for line in heading.splitlines() if line)
+
+
+@both_indices
+def test_a_chain_that_cannot_be_computed_has_no_module(name):
+    short = dx.Chain.from_dh([{"a": 1}] * 5, name="short arm")
+    with pytest.raises(ValueError, match=r"^short arm has 5 joints; with fewer than 6"):
+        symbolic.javascript_module(symbolic.derive(short, Index(name)))
+    open_lengths = SymbolicChain.from_description(robots.describe("docking_arm"))
+    with pytest.raises(ValueError, match=r"^docking_arm has lengths without a value"):
+        symbolic.javascript_module(symbolic.derive(open_lengths, Index(name)))
+
+
+def test_numbers_keep_all_their_digits():
+    rates = (1 / 3, 1 / 7, math.pi, math.sqrt(2) / 10, 1e-3 / 9, 1.0)
+    module = module_of(PUMA, Index(KCI, "spatial", rates))
+    numbers = {float(number) for number in re.findall(r"[0-9]+\.[0-9]+(?:e[+-]?[0-9]+)?", module)}
+    assert numbers >= set(rates)

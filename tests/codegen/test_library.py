@@ -1,0 +1,309 @@
+"""Compiling on demand: what is kept, what is not done twice, and what is said when it cannot be done."""
+
+import ctypes
+import os
+import re
+import stat
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+import torch
+from torch.testing import assert_close
+
+import dexterity as dx
+from dexterity import symbolic
+from dexterity.codegen import library
+from dexterity.indices import Index
+from dexterity.symbolic import CompilationFailed
+
+PUMA = dx.robots.puma560()
+W = Index("manipulability")
+SOURCE = "int twice(int x);\nint twice(int x) { return 2*x; }\n"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch) -> Path:
+    """Return a cache folder of this test's own, not there yet; code is compiled without optimisation."""
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("DEXTERITY_CACHE", str(folder))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(library, "FLAGS", tuple("-O0" if f == "-O3" else f for f in library.FLAGS))
+    return folder
+
+
+@pytest.fixture
+def compiler(tmp_path, monkeypatch) -> Callable[[str], None]:
+    """Return what makes a shell script the compiler; ``real "$@"`` in it is the compiler of the system."""
+
+    def use(script: str) -> None:
+        path = tmp_path / "compiler"
+        path.write_text(f'#!/bin/sh\nreal() {{ cc "$@"; }}\n{textwrap.dedent(script)}', encoding="utf-8")
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        monkeypatch.setenv("CC", str(path))
+
+    return use
+
+
+ONLY_DESCRIBES = 'case "$*" in *-dM*) real "$@"; exit;; esac\n'  # what the compiler is asked for first
+
+
+def kept(folder: Path) -> list[str]:
+    """Endings of what lies in the cache folder, hidden files and folders too."""
+    assert all(re.fullmatch(r"[0-9a-f]{16}\.(c|so)", path.name) for path in folder.rglob("*"))
+    return sorted(path.suffix for path in folder.rglob("*"))
+
+
+# ---- what is kept ----------------------------------------------------------------------------------
+
+
+def test_a_source_is_compiled_loaded_and_kept(cache):
+    assert library.compiled_library(SOURCE).twice(21) == 42
+    assert kept(cache) == [".so"]
+
+
+def test_nothing_is_compiled_twice(cache, compiler, tmp_path):
+    log = tmp_path / "log"
+    compiler(f'echo "$*" >> {log}\nreal "$@"')
+    for _ in range(3):
+        assert library.compiled_library(SOURCE).twice(21) == 42
+    assert sum("-shared" in line for line in log.read_text().splitlines()) == 1
+    assert library.compiled_library(SOURCE.replace("2*x", "3*x")).twice(2) == 6
+    assert kept(cache) == [".so", ".so"]
+
+
+def test_an_index_that_was_compiled_is_neither_derived_nor_compiled_again(
+    cache, compiler, monkeypatch, tmp_path
+):
+    log = tmp_path / "log"
+    compiler(f'echo "$*" >> {log}\nreal "$@"')
+    first = symbolic.compile_index(PUMA, W, "c")
+
+    def derive_again(*_: object) -> None:
+        pytest.fail("the index was derived again")
+
+    monkeypatch.setattr(symbolic, "derive", derive_again)
+    second = symbolic.compile_index(dx.robots.puma560(), W, "c")
+    assert sum("-shared" in line for line in log.read_text().splitlines()) == 1
+    assert kept(cache) == [".c", ".so"]
+    q = torch.ones(6, dtype=torch.float64)
+    assert_close(second(q), first(q), rtol=0, atol=0)
+
+
+def test_another_chain_index_or_limit_is_another_entry(cache):
+    moved = PUMA.home
+    moved[0, 3] += 1e-9
+    q = torch.ones(6, dtype=torch.float64)
+    values = [
+        symbolic.compile_index(chain, index, "c")(q).item()
+        for chain, index in [
+            (PUMA, W),
+            (dx.Chain(PUMA.screws, PUMA.home, name="another name"), W),
+            (dx.Chain(PUMA.screws, moved, name=PUMA.name), W),
+            (dx.Chain(PUMA.screws, PUMA.home, name=PUMA.name, rates=[1, 2, 1, 1, 1, 1]), W),
+            (PUMA, Index("manipulability", "body")),
+            (PUMA, Index("manipulability", joint_rates=(1, 1, 3, 1, 1, 1))),
+            (PUMA, Index("manipulability", tool_rates=(1, 1, 1, 1, 1, 0.5))),
+        ]
+    ]
+    assert kept(cache) == [".c"] * 7 + [".so"] * 7
+    w = values[0]
+    assert values == pytest.approx([w, w, w, 2 * w, w, 3 * w, 2 * w], rel=1e-12)
+
+
+def test_flags_and_compilers_have_entries_of_their_own(cache, monkeypatch):
+    library.compiled_library(SOURCE)
+    monkeypatch.setenv("CC", "cc -DANOTHER")
+    assert library.compiled_library(SOURCE).twice(21) == 42
+    monkeypatch.setattr(library, "FLAGS", (*library.FLAGS, "-DONE_MORE"))
+    library.compiled_library(SOURCE)
+    assert kept(cache) == [".so"] * 3
+
+
+def test_many_may_compile_the_same_at_once(cache):
+    with ThreadPoolExecutor(4) as threads:
+        libraries = list(threads.map(library.compiled_library, [SOURCE] * 8))
+    assert [loaded.twice(21) for loaded in libraries] == [42] * 8
+    assert kept(cache) == [".so"]
+
+
+def test_a_compiled_index_is_ready_within_a_second_in_a_new_process(cache, monkeypatch):
+    monkeypatch.undo()  # the other process has the library's own flags
+    monkeypatch.setenv("DEXTERITY_CACHE", str(cache))
+    value = symbolic.compile_index(PUMA, W, "c")([1.0] * 6).item()
+    script = textwrap.dedent("""
+        import time
+        import dexterity as dx
+        from dexterity import symbolic
+        from dexterity.indices import Index
+
+        puma, index = dx.robots.puma560(), Index("manipulability")
+        start = time.perf_counter()
+        value = symbolic.compile_index(puma, index, "c")([1.0] * 6).item()
+        print(time.perf_counter() - start, value)
+    """)
+    run = subprocess.run([sys.executable, "-c", script], text=True, capture_output=True, check=True)
+    seconds, again = map(float, run.stdout.split())
+    assert again == value
+    assert seconds < 1
+    assert kept(cache) == [".c", ".so"]
+
+
+def test_the_cache_folder_is_the_named_one_or_in_the_users_cache(monkeypatch, tmp_path):
+    monkeypatch.setenv("DEXTERITY_CACHE", str(tmp_path / "named"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert library.cache_folder() == tmp_path / "named"
+    monkeypatch.setenv("DEXTERITY_CACHE", "")
+    assert library.cache_folder() == tmp_path / "xdg" / "dexterity"
+    monkeypatch.delenv("DEXTERITY_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert library.cache_folder() == tmp_path / "home" / ".cache" / "dexterity"
+
+
+# ---- compilers -------------------------------------------------------------------------------------
+
+
+def test_a_compiler_may_be_named_with_arguments(monkeypatch):
+    monkeypatch.setenv("CC", "cc -DX=1")
+    source = SOURCE.replace("2*x", "X*x")
+    assert library.compiled_library(source).twice(21) == 21
+
+
+def test_flags_for_the_processor_are_left_out_where_the_compiler_refuses_them(compiler, tmp_path):
+    log = tmp_path / "log"
+    compiler(f"""
+        echo "$*" >> {log}
+        case "$*" in *-march=native*) echo "no such flag" >&2; exit 1;; esac
+        real "$@"
+    """)
+    assert library.compiled_library(SOURCE).twice(21) == 42
+    assert "-march" not in log.read_text().splitlines()[-1]
+
+
+@pytest.mark.parametrize("path", ["/nonexistent/cc", "no-such-compiler -O2"])
+def test_a_compiler_that_is_not_there_is_named_and_torch_goes_on(cache, monkeypatch, path):
+    monkeypatch.setenv("CC", path)
+    with pytest.raises(
+        CompilationFailed, match=rf"^there is no C compiler \(CC is '{path}'\).*backend=\"torch\""
+    ):
+        symbolic.compile_index(PUMA, W, "c")
+    assert symbolic.compile_index(PUMA, W)([1.0] * 6) > 0
+    assert ".so" not in kept(cache)
+
+
+def test_without_any_compiler_torch_goes_on(cache, monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(CompilationFailed, match=r"^there is no C compiler \(cc, gcc and clang were tried\)"):
+        symbolic.compile_index(PUMA, W, "c")
+    assert symbolic.compile_index(PUMA, W)([1.0] * 6) > 0
+    assert ".so" not in kept(cache)
+
+
+FAILING = {
+    "at once": ("echo out of order >&2\nexit 1", "does not compile an empty file: out of order"),
+    "silently": ("exit 1", "does not compile an empty file: it printed nothing"),
+    "at the source": (
+        ONLY_DESCRIBES + "echo out of memory >&2\nexit 4",
+        "failed with status 4: out of memory",
+    ),
+    "half way": (
+        ONLY_DESCRIBES + 'while [ "$1" != -o ]; do shift; done\necho half > "$2"\necho disk full >&2\nexit 1',
+        "failed with status 1: disk full",
+    ),
+    "without a result": (ONLY_DESCRIBES + "exit 0", "failed with status 0: it printed nothing"),
+    "by a signal": (ONLY_DESCRIBES + "kill -9 $$", "failed with status -9"),
+}
+
+
+@pytest.mark.parametrize(("script", "message"), FAILING.values(), ids=FAILING)
+def test_a_compiler_that_fails_is_quoted_and_leaves_nothing(cache, compiler, monkeypatch, script, message):
+    compiler(script)
+    with pytest.raises(CompilationFailed, match=f"^{re.escape(os.environ['CC'])} {message}"):
+        library.compiled_library(SOURCE)
+    assert not cache.exists() or kept(cache) == []
+    monkeypatch.delenv("CC")
+    assert library.compiled_library(SOURCE).twice(21) == 42
+
+
+def test_a_source_that_is_no_c_is_refused_with_the_compilers_words(cache):
+    with pytest.raises(CompilationFailed, match=r"failed with status 1: (.|\n)*error"):
+        library.compiled_library("this is no C\n")
+    assert kept(cache) == []
+
+
+def test_of_a_long_message_the_end_is_quoted(compiler):
+    compiler(ONLY_DESCRIBES + "for i in $(seq 1000); do echo line $i >&2; done\nexit 1")
+    with pytest.raises(CompilationFailed) as caught:
+        library.compiled_library(SOURCE)
+    assert "line 1000" in str(caught.value)
+    assert "line 900" not in str(caught.value)
+
+
+def test_a_compiler_that_is_no_program_is_named(monkeypatch, tmp_path):
+    path = tmp_path / "compiler"
+    path.write_bytes(b"\x00\x01no program")
+    path.chmod(0o755)
+    monkeypatch.setenv("CC", str(path))
+    with pytest.raises(CompilationFailed, match=rf"^{re.escape(str(path))} cannot be run: "):
+        library.compiled_library(SOURCE)
+
+
+# ---- folders that cannot be written ----------------------------------------------------------------
+
+
+def test_a_cache_folder_that_cannot_be_written_is_named(monkeypatch, tmp_path):
+    """Below a regular file, where not even the administrator writes."""
+    (tmp_path / "file").write_text("no folder")
+    folder = tmp_path / "file" / "cache"
+    monkeypatch.setenv("DEXTERITY_CACHE", str(folder))
+    message = (
+        rf"^the cache folder {re.escape(str(folder))} cannot be written \(.*DEXTERITY_CACHE names another"
+    )
+    with pytest.raises(OSError, match=message):
+        symbolic.compile_index(PUMA, W, "c")
+    with pytest.raises(OSError, match=message):
+        library.compiled_library(SOURCE)
+    with pytest.raises(OSError, match=message):
+        library.cached_source("key", lambda: SOURCE)
+    assert symbolic.compile_index(PUMA, W)([1.0] * 6) > 0
+
+
+def test_a_cache_folder_that_is_a_file_is_named(monkeypatch, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("no folder")
+    monkeypatch.setenv("DEXTERITY_CACHE", str(file))
+    with pytest.raises(OSError, match=rf"^the cache folder {re.escape(str(file))} cannot be written"):
+        library.compiled_library(SOURCE)
+    assert file.read_text() == "no folder"
+
+
+def test_a_source_is_made_once(cache):
+    made = []
+
+    def make() -> str:
+        made.append(1)
+        return SOURCE
+
+    assert library.cached_source("key", make) == library.cached_source("key", make) == SOURCE
+    assert len(made) == 1
+    assert [path.name for path in cache.iterdir()] == ["key.c"]
+
+
+def test_a_source_that_cannot_be_made_is_not_kept(cache):
+    def make() -> str:
+        raise ValueError("no such chain")
+
+    with pytest.raises(ValueError, match="no such chain"):
+        library.cached_source("key", make)
+    assert not cache.exists() or list(cache.iterdir()) == []
+
+
+def test_what_is_compiled_is_a_library_of_this_machine(cache):
+    library.compiled_library(SOURCE)
+    (path,) = cache.iterdir()
+    assert ctypes.CDLL(str(path)).twice(4) == 8
