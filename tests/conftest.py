@@ -3,6 +3,7 @@
 The import hook must be there before the package is first imported, so this file imports nothing of it.
 """
 
+import os
 import random
 from collections.abc import Iterator
 
@@ -10,6 +11,9 @@ import hypothesis
 import jaxtyping
 import numpy as np
 import pytest
+
+# Read when sympy is imported; with its default of a thousand entries derivations take half as long again.
+os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
 # An int is taken for a float, as type checkers do.
 jaxtyping.install_import_hook(

@@ -2,8 +2,9 @@
 
 Any chain is derived, its lengths numbers or symbols. The Jacobian is taken in the axes of a link in the
 middle of the chain and about a point in its middle, which leaves both indices what they are and makes
-every expression short; neighbouring parallel axes turn by the sum of their angles. A joint that does not
-matter then appears in no step, because nothing needed it.
+every expression short; neighbouring parallel axes turn by the sum of their angles. Joints whose motion leaves
+the picture as it is then appear in no step, because nothing needed them; joints that cancel by an
+identity of sines and cosines only are not recognised.
 
 References
 ----------
@@ -195,7 +196,7 @@ class Derivation:
 
     @cached_property
     def matters(self) -> tuple[int, ...]:
-        """Numbers (from 1) of the joints that the index depends on."""
+        """Numbers (from 1) of the joints that the Jacobian uses; on no other does the index depend."""
         return tuple(self.joint_values.index(q) + 1 for q in self.jacobian.used_inputs)
 
     @cached_property

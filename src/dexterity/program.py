@@ -19,7 +19,7 @@ __all__ = ["Program", "Recorder", "gradient"]
 
 
 class copysign(sympy.Function):  # type: ignore[misc]  # noqa: N801  # named as in C's math.h
-    """Magnitude of the first argument with the sign of the second."""
+    """First argument, which is not negative, with the sign of the second."""
 
     nargs = 2
 

@@ -84,7 +84,7 @@ class CompiledIndex:
     It is called as what :meth:`dexterity.indices.Index.bind` returns is, and differentiable by torch once.
     Where w is zero, its minimum, its gradient is zero or that of one side; that of KCI is zero there. Where
     the smallest or the largest singular value repeats, KCI has one-sided derivatives only, and the gradient
-    is that of one of the repeated ones.
+    lies between them.
     """
 
     def __init__(self, chain: SymbolicChain, index: Index, engine: Engine) -> None:
