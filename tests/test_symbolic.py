@@ -595,23 +595,13 @@ def values_of_random_chains(
 
 
 @both_indices
-@pytest.mark.parametrize("seed", SEEDS)
-def test_an_index_of_a_random_chain_is_the_plain_one(values_of_random_chains, seed, name):
+@pytest.mark.parametrize(
+    ("seed", "backend"), [*((seed, "torch") for seed in SEEDS), *((seed, "c") for seed in SEEDS_IN_C)]
+)
+def test_an_index_of_a_random_chain_is_the_plain_one(values_of_random_chains, seed, name, backend):
     q = random_configurations(seed)
     assert_agrees(
-        torch.from_numpy(values_of_random_chains[seed, name, "torch"].result()),
-        random_chain(seed),
-        Index(name),
-        q,
-    )
-
-
-@both_indices
-@pytest.mark.parametrize("seed", SEEDS_IN_C)
-def test_an_index_of_a_random_chain_in_c_is_the_plain_one(values_of_random_chains, seed, name):
-    q = random_configurations(seed)
-    assert_agrees(
-        torch.from_numpy(values_of_random_chains[seed, name, "c"].result()),
+        torch.from_numpy(values_of_random_chains[seed, name, backend].result()),
         random_chain(seed),
         Index(name),
         q,

@@ -115,10 +115,15 @@ class Recorder:
 
     def replay(self, program: Program, values: Mapping[Symbol, Expr] | None = None) -> list[Expr]:
         """Record another program's steps, its inputs replaced, and return its outputs."""
+        known = self.follow(program, values)
+        return [output.xreplace(known) for output in program.outputs]
+
+    def follow(self, program: Program, values: Mapping[Symbol, Expr] | None = None) -> dict[Expr, Expr]:
+        """Record another program's steps, its inputs replaced, and return what stands for each symbol now."""
         known: dict[Expr, Expr] = dict(values or {})
         for symbol, expression in program.steps:
             known[symbol] = self(expression.xreplace(known))
-        return [output.xreplace(known) for output in program.outputs]
+        return known
 
 
 def gradient(
@@ -147,9 +152,7 @@ def gradient(
     Griewank & Walther (2008), Evaluating Derivatives, section 3.2.
     """
     recorder = Recorder("g")
-    known: dict[Expr, Expr] = {}
-    for symbol, expression in program.steps:
-        known[symbol] = recorder(expression.xreplace(known))
+    known = recorder.follow(program)
     outputs = [output.xreplace(known) for output in program.outputs]
     weights = weigh(recorder, outputs) if weigh else [sympy.S.One] * len(outputs)
 

@@ -275,9 +275,7 @@ class _InTorch(ABC):
         return values.reshape(q.shape[:-1]), gradients.reshape(q.shape)
 
     def _columns(self, q: Tensor) -> Iterator[tuple[Tensor, ...]]:
-        if not torch.isfinite(q).all():
-            raise ValueError("q is not finite: it holds NaN or an infinity")
-        rows = q.detach().reshape(-1, q.shape[-1])
+        rows = spatial.to_float64(q.detach(), "q").reshape(-1, q.shape[-1])
         in_pieces = rows.is_cpu and not self._inductor
         for piece in rows.split(_PIECE if in_pieces else max(len(rows), 1)):
             yield piece.T.contiguous().unbind()

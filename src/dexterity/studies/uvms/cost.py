@@ -26,7 +26,7 @@ from torch import Tensor
 
 from dexterity import operations, robots, symbolic
 from dexterity.chain import Chain
-from dexterity.elimination import laguerre_step
+from dexterity.elimination import LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.indices import Index
 from dexterity.operations import Operations
 from dexterity.program import Program, Recorder
@@ -388,7 +388,7 @@ def _laguerre(derivation: Derivation, chain: Chain, q: Tensor) -> tuple[tuple[in
             (change,) = step(y, side, *squares)
             steps += moving
             y = np.where(moving, y - change, y)
-            moving &= np.abs(change) > 1e-13 * y
+            moving &= np.abs(change) > LAGUERRE_TOLERANCE * y
         ends.append(y)
     error = _largest(np.sqrt(ends[0] / ends[1]) / INDICES["KCI"].bind(chain)(q).numpy() - 1)
     return (int(np.median(steps)), int(steps.max())), error
