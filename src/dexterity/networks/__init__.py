@@ -1,0 +1,1 @@
+"""Networks that stand in for dexterity indices: made, trained, judged, and exported."""

@@ -1,0 +1,487 @@
+"""The Levenberg–Marquardt method for feed-forward networks, many at a time.
+
+The step of Eq. 20 of Sotiropoulos & Aspragathos (2016) with the network's Jacobian written out, for a stack
+of networks of one size: restarts and seeds share every matrix product, and a network that has stopped
+leaves the stack. Only the normal equations are kept, summed over pieces of the rows.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Literal, TypeAlias, get_args, overload
+
+import torch
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.networks.feed_forward import FeedForward, combine, target_of
+from dexterity.spatial import TensorLike
+
+__all__ = ["Damping", "Options", "Stop", "Training", "levenberg_marquardt"]
+
+Damping: TypeAlias = Literal["gain_ratio", "factor"]
+"""How the damping changes, by the gain ratio of a step (Nielsen) or by factors (the paper's toolbox)."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """When to stop, and how to damp.
+
+    Attributes
+    ----------
+    goal
+        Mean square error at which training has succeeded, in units of what is trained on: the index itself
+        unless the network's readout says otherwise.
+    epochs
+        Largest number of steps tried, whether they are taken or not.
+    damping
+        ``"gain_ratio"``: from `initial_damping` times the largest diagonal element of the normal equations;
+        raised ever faster while steps fail, lowered by how well the model foretold a step that succeeds.
+        ``"factor"``: the damping starts at `initial_damping` itself, ×10 after a step that fails, ×0.1
+        after one that succeeds.
+    initial_damping
+        See `damping`.
+    smallest_gradient
+        Training stops where no element of the gradient of the scaled mean square error is larger.
+    smallest_step
+        Training stops at a step shorter than this times the length of all weights.
+    largest_damping
+        Training stops where damping has grown beyond it and steps still fail.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range or the damping rule is unknown.
+    """
+
+    goal: float = 0.0
+    epochs: int = 100
+    damping: Damping = "gain_ratio"
+    initial_damping: float = 1e-3
+    smallest_gradient: float = 1e-10
+    smallest_step: float = 1e-10
+    largest_damping: float = 1e10
+
+    def __post_init__(self) -> None:
+        if self.damping not in get_args(Damping):
+            raise ValueError(f"damping is {self.damping!r}; {get_args(Damping)} are known")
+        if self.epochs < 1:
+            raise ValueError(f"epochs is {self.epochs}; at least 1 is needed")
+        for name in ("goal", "smallest_gradient", "smallest_step"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}; 0 or a positive number is needed")
+        for name in ("initial_damping", "largest_damping"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}; a positive number is needed")
+
+
+class Stop(Enum):
+    """Why a training ended."""
+
+    GOAL = "the mean square error reached the goal"
+    GRADIENT = "the gradient vanished"
+    STEP = "the step became too short to matter"
+    DAMPING = "no step lowers the error, however damped"
+    EPOCHS = "the epochs were used up"
+    INTERRUPTED = "it was interrupted"
+
+
+@dataclass(frozen=True)
+class Training:
+    """A trained network and how it got there.
+
+    Attributes
+    ----------
+    network
+        Network with the best weights found.
+    mean_square_error
+        Mean square error of that network over the training set, Eq. 19, in the units of `Options.goal`.
+    epochs
+        Steps tried.
+    stop
+        Why it ended.
+    history
+        (epochs + 1) mean square error before the first step and after each.
+    """
+
+    network: FeedForward
+    mean_square_error: float
+    epochs: int
+    stop: Stop
+    history: tuple[float, ...] = field(repr=False)
+
+    @property
+    def success(self) -> bool:
+        """Whether the goal was reached."""
+        return self.stop is Stop.GOAL
+
+
+@overload
+def levenberg_marquardt(
+    network: FeedForward, x: TensorLike, y: TensorLike, options: Options = ...
+) -> Training: ...
+@overload
+def levenberg_marquardt(
+    network: Sequence[FeedForward], x: TensorLike, y: TensorLike, options: Options = ...
+) -> list[Training]: ...
+def levenberg_marquardt(
+    network: FeedForward | Sequence[FeedForward],
+    x: TensorLike,
+    y: TensorLike,
+    options: Options = Options(),
+) -> Training | list[Training]:
+    r"""Train a network, or several of one size in one call.
+
+    A step takes :math:`(J^\top J + \mu I)^{-1} J^\top e` off the weights. An interrupt from the keyboard ends
+    the training and returns the best weights so far.
+
+    Parameters
+    ----------
+    network
+        Initial networks; they are left as they are. Several must agree in everything but their weights and
+        scaling.
+    x
+        (N, n) joint values, or (B, N, n) with rows of its own for each of B networks.
+    y
+        (N) values, or (N, k) for k outputs; with a leading axis B as `x`.
+    options
+        When to stop, and how to damp.
+
+    Returns
+    -------
+    A training, or a list of them for a sequence. A goal that is not reached is no error: see `Training.stop`.
+
+    Raises
+    ------
+    ValueError
+        If there is no network or no row, shapes do not fit, something is not finite, or the networks of a
+        sequence are not alike.
+
+    References
+    ----------
+    Hagan & Menhaj (1994); Nielsen (1999), Damping parameter in Marquardt's method; Sotiropoulos & Aspragathos
+    (2016), Eqs. 19 and 20.
+    """
+    networks = [network] if isinstance(network, FeedForward) else list(network)
+    if not networks:
+        raise ValueError("network is an empty sequence; at least one network is needed")
+    trainings = _train(networks, *_rows(networks, x, y), options)
+    return trainings[0] if isinstance(network, FeedForward) else trainings
+
+
+def _rows(networks: list[FeedForward], x: TensorLike, y: TensorLike) -> tuple[Tensor, Tensor]:
+    """Return joint values (B or 1, N, n) and values (B or 1, N, k)."""
+    first = networks[0]
+    q, values = spatial.to_float64(x, "x"), spatial.to_float64(y, "y")
+    if first.values == 1:
+        values = values[..., None]
+    if q.ndim == 2:
+        q, values = q[None], values[None]
+    if q.ndim != 3 or q.shape[0] not in (1, len(networks)) or q.shape[2] != first.joints:
+        raise ValueError(
+            f"x has shape {tuple(q.shape)}; (N, {first.joints}), or ({len(networks)}, N, {first.joints}) "
+            "with rows of its own for each network, is needed"
+        )
+    if values.shape != (*q.shape[:2], first.values):
+        raise ValueError(
+            f"y has shape {tuple(values.shape)}; x has {q.shape[1]} rows of {first.values} values"
+        )
+    if not q.shape[1]:
+        raise ValueError("x has no rows")
+    return q, values
+
+
+# ---- the training set as a stack of networks sees it -----------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Scaled inputs with a one behind (B or 1, N, r + 1), scaled targets (B or 1, N, k), half ranges (B)."""
+
+    inputs: Tensor
+    targets: Tensor
+    half_range: Tensor
+    cone: bool
+
+    @classmethod
+    def of(cls, networks: Sequence[FeedForward], q: Tensor, values: Tensor) -> _Problem:
+        first = networks[0]
+        device = first.hidden_weights.device
+        own_rows = len(q) > 1
+        own_scaling = any(not _scaled_alike(first, network) for network in networks[1:])
+        seen, answers = [], []
+        for i, network in enumerate(networks if own_rows or own_scaling else networks[:1]):
+            x = network.view(q[i if own_rows else 0].to(device))
+            target = target_of(values[i if own_rows else 0].to(device), network.readout)
+            seen.append((x - network.input_centre) / network.input_half_range)
+            answers.append((target - network.target_centre) / network.target_half_range)
+        inputs = torch.nn.functional.pad(torch.stack(seen), (0, 1), value=1.0)
+        half_range = torch.stack([network.target_half_range for network in networks])
+        return cls(inputs, torch.stack(answers), half_range, first.readout == "cone")
+
+    def __getitem__(self, networks: Tensor) -> _Problem:
+        """Return the problem of some of the networks."""
+        if len(self.inputs) == 1:
+            return _Problem(self.inputs, self.targets, self.half_range[networks], self.cone)
+        return _Problem(self.inputs[networks], self.targets[networks], self.half_range[networks], self.cone)
+
+    def pieces(self, rows: int) -> Iterator[tuple[Tensor, Tensor]]:
+        """Yield inputs and targets of so many rows at a time."""
+        yield from zip(self.inputs.split(rows, dim=1), self.targets.split(rows, dim=1), strict=True)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Sizes of a network, and its weights in one row of P numbers."""
+
+    inputs: int
+    neurons: int
+    outputs: int
+    values: int
+
+    @classmethod
+    def of(cls, network: FeedForward) -> _Shape:
+        neurons, inputs = network.hidden_weights.shape
+        return cls(inputs, neurons, len(network.output_biases), network.values)
+
+    @property
+    def parameters(self) -> int:
+        return self.neurons * (self.inputs + 1) + self.outputs * (self.neurons + 1)
+
+    def pack(self, networks: Sequence[FeedForward]) -> Tensor:
+        """Weights (B, P) of networks."""
+        rows = []
+        for network in networks:
+            hidden = torch.cat([network.hidden_weights, network.hidden_biases[:, None]], dim=1)
+            output = torch.cat([network.output_weights, network.output_biases[:, None]], dim=1)
+            rows.append(torch.cat([hidden.flatten(), output.flatten()]).detach())
+        return torch.stack(rows)
+
+    def layers(self, weights: Tensor) -> tuple[Tensor, Tensor]:
+        """Hidden (B, h, r + 1) and output layer (B, m, h + 1), biases last."""
+        return self.blocks(weights)
+
+    def blocks(self, J: Tensor) -> tuple[Tensor, Tensor]:
+        """Look at the last axis (..., P) as hidden (..., h, r + 1) and output layer (..., m, h + 1)."""
+        border = self.neurons * (self.inputs + 1)
+        hidden = J[..., :border].unflatten(-1, (self.neurons, self.inputs + 1))
+        return hidden, J[..., border:].unflatten(-1, (self.outputs, self.neurons + 1))
+
+    def unpacked(self, network: FeedForward, weights: Tensor) -> FeedForward:
+        """Return a copy of a network with other weights (P)."""
+        hidden, output = (layer[0] for layer in self.layers(weights[None]))
+        trained = copy.deepcopy(network)
+        with torch.no_grad():
+            trained.hidden_weights.copy_(hidden[:, :-1])
+            trained.hidden_biases.copy_(hidden[:, -1])
+            trained.output_weights.copy_(output[:, :-1])
+            trained.output_biases.copy_(output[:, -1])
+        return trained
+
+
+def _answers(layers: tuple[Tensor, Tensor], x: Tensor, cone: bool) -> tuple[Tensor, Tensor, Tensor]:
+    """Hidden (B, N, h) and linear outputs (B, N, m) of a stack of networks, and scaled answers (B, N, k)."""
+    hidden_layer, output_layer = layers
+    hidden = torch.tanh(x @ hidden_layer.mT)
+    outputs = hidden @ output_layer[..., :-1].mT + output_layer[:, None, :, -1]
+    return hidden, outputs, combine(outputs) if cone else outputs
+
+
+def _error(shape: _Shape, weights: Tensor, problem: _Problem) -> Tensor:
+    """Sum of squared residuals (B)."""
+    total = weights.new_zeros(len(weights))
+    layers = shape.layers(weights)
+    for x, targets in problem.pieces(_rows_at_once(len(weights) * shape.neurons)):
+        residuals = _answers(layers, x, problem.cone)[2] - targets
+        total += residuals.square().sum(dim=(1, 2))
+    return total
+
+
+def _normal_equations(shape: _Shape, weights: Tensor, problem: _Problem) -> tuple[Tensor, Tensor]:
+    """JᵀJ (B, P, P) and Jᵀe (B, P), the Jacobian of the residuals written out row by row."""
+    networks, P = len(weights), shape.parameters
+    matrix, vector = weights.new_zeros(networks, P, P), weights.new_zeros(networks, P)
+    layers = shape.layers(weights)
+    output_weights = layers[1][..., :-1]
+    for x, targets in problem.pieces(_rows_at_once(networks * shape.values * P)):
+        hidden, outputs, answers = _answers(layers, x, problem.cone)
+        slopes = _slopes(outputs, shape.values, problem.cone)
+        into_hidden = (slopes @ output_weights[:, None]) * (1 - hidden.square())[:, :, None]
+        J = weights.new_empty(networks, x.shape[1], shape.values, P)
+        by_hidden_layer, by_output_layer = shape.blocks(J)
+        torch.mul(into_hidden[..., None], x[:, :, None, None], out=by_hidden_layer)
+        torch.mul(slopes[..., None], hidden[:, :, None, None], out=by_output_layer[..., :-1])
+        by_output_layer[..., -1] = slopes
+        J = J.flatten(1, 2)
+        matrix += J.mT @ J
+        vector += (J.mT @ (answers - targets).flatten(1)[..., None])[..., 0]
+    return matrix, vector
+
+
+def _slopes(outputs: Tensor, values: int, cone: bool) -> Tensor:
+    """Differentiate scaled answers by linear outputs: (B, N, k, m); at the tip of a cone take its axis."""
+    if not cone:
+        return torch.eye(values, dtype=outputs.dtype, device=outputs.device).expand(
+            *outputs.shape[:2], -1, -1
+        )
+    distance = torch.hypot(outputs[..., 1:2], outputs[..., 2:])
+    sides = outputs[..., 1:] / torch.where(distance > 0, distance, 1.0)
+    return torch.cat([torch.ones_like(distance), -sides], dim=-1)[..., None, :]
+
+
+def _rows_at_once(numbers_a_row: int) -> int:
+    """So many rows that what is worked on stays in the processor's cache; a few at least."""
+    return max(32, 2**19 // numbers_a_row)
+
+
+def _scaled_alike(a: FeedForward, b: FeedForward) -> bool:
+    names = ("input_centre", "input_half_range", "target_centre", "target_half_range")
+    return all(torch.equal(getattr(a, name), getattr(b, name)) for name in names)
+
+
+# ---- the iteration ---------------------------------------------------------------------------------
+
+
+class _State:
+    """Where each network of a stack is: best weights, their error and normal equations, and the damping."""
+
+    def __init__(self, shape: _Shape, weights: Tensor, problem: _Problem, options: Options) -> None:
+        self.shape = shape
+        self.problem = problem
+        self.options = options
+        self.weights = weights
+        self.error = _error(shape, weights, problem)
+        self.matrix, self.vector = _normal_equations(shape, weights, problem)
+        largest = self.matrix.diagonal(dim1=1, dim2=2).amax(-1)
+        scale = largest if options.damping == "gain_ratio" else torch.ones_like(largest)
+        self.damping = options.initial_damping * scale
+        self.growth = torch.full_like(self.damping, 2.0)
+        self.residuals = problem.targets.shape[1] * shape.values
+
+    @property
+    def mean_square_error(self) -> Tensor:
+        """Mean square error (B) in the units of the targets."""
+        return self.error / self.residuals * self.problem.half_range**2
+
+    def step(self) -> tuple[Tensor, Tensor]:
+        """Try one step for each network; return which took it (B) and how long the steps were (B)."""
+        identity = torch.eye(self.shape.parameters, dtype=self.weights.dtype, device=self.weights.device)
+        factor, failed = torch.linalg.cholesky_ex(self.matrix + self.damping[:, None, None] * identity)
+        steps = -torch.cholesky_solve(self.vector[..., None], factor)[..., 0]
+        trial = self.weights + steps
+        error = _error(self.shape, trial, self.problem)
+        foretold = (steps * (self.damping[:, None] * steps - self.vector)).sum(-1)
+        gain = (self.error - error) / foretold
+        taken = (failed == 0) & (error < self.error)
+        self._damp(taken, gain)
+        self._take(taken, trial, error)
+        return taken, steps.norm(dim=-1)
+
+    def _damp(self, taken: Tensor, gain: Tensor) -> None:
+        if self.options.damping == "factor":
+            self.damping = torch.where(taken, 0.1 * self.damping, 10 * self.damping)
+        else:
+            lowered = self.damping * (1 - (2 * gain - 1) ** 3).clamp(min=1 / 3)
+            self.damping = torch.where(taken, lowered, self.damping * self.growth)
+            self.growth = torch.where(taken, 2.0, 2 * self.growth)
+
+    def _take(self, taken: Tensor, trial: Tensor, error: Tensor) -> None:
+        if not taken.any():
+            return
+        matrix, vector = _normal_equations(self.shape, trial[taken], self.problem[taken])
+        self.weights = torch.where(taken[:, None], trial, self.weights)
+        self.error = torch.where(taken, error, self.error)
+        self.matrix[taken], self.vector[taken] = matrix, vector
+
+    def reasons(self, taken: Tensor, lengths: Tensor) -> list[Stop | None]:
+        """Why each network should stop now, or None."""
+        smallest_step = self.options.smallest_step * self.weights.norm(dim=-1)
+        tests = {
+            Stop.GOAL: self.mean_square_error <= self.options.goal,
+            Stop.GRADIENT: self.vector.abs().amax(-1) <= self.options.smallest_gradient * self.residuals,
+            Stop.STEP: taken & (lengths <= smallest_step),
+            Stop.DAMPING: ~taken
+            & ((self.damping > self.options.largest_damping) | (lengths <= smallest_step)),
+        }
+        flags = {stop: test.tolist() for stop, test in tests.items()}
+        return [next((stop for stop in flags if flags[stop][i]), None) for i in range(len(self.weights))]
+
+    def keep(self, going: Tensor) -> None:
+        """Go on with some of the networks alone."""
+        self.problem = self.problem[going]
+        for name in ("weights", "error", "matrix", "vector", "damping", "growth"):
+            setattr(self, name, getattr(self, name)[going])
+
+
+def _train(networks: list[FeedForward], q: Tensor, values: Tensor, options: Options) -> list[Training]:
+    shape = _Shape.of(networks[0])
+    _require_alike(networks)
+    state = _State(shape, shape.pack(networks), _Problem.of(networks, q, values), options)
+    records = [_Record(state.weights[i], [mse]) for i, mse in enumerate(state.mean_square_error.tolist())]
+    _iterate(state, records, options.epochs)
+    return [
+        Training(
+            shape.unpacked(network, record.weights), record.history[-1], len(record.history) - 1, record.stop,
+            tuple(record.history),
+        )
+        for network, record in zip(networks, records, strict=True)
+    ]  # fmt: skip
+
+
+@dataclass
+class _Record:
+    """What is known of one training so far."""
+
+    weights: Tensor
+    history: list[float]
+    stop: Stop = Stop.EPOCHS
+
+
+def _iterate(state: _State, records: list[_Record], epochs: int) -> None:
+    """Step until every network has stopped, and fill in the records."""
+    going = list(records)
+    lengths = torch.full_like(state.error, math.inf)
+    reasons = state.reasons(torch.ones_like(state.error, dtype=torch.bool), lengths)
+    try:
+        for _ in range(epochs):
+            going = _leave(state, going, reasons)
+            if not going:
+                return
+            reasons = _epoch(state, going)
+        _leave(state, going, reasons)
+    except KeyboardInterrupt:
+        for record in going:
+            record.stop = Stop.INTERRUPTED
+
+
+def _epoch(state: _State, going: list[_Record]) -> list[Stop | None]:
+    taken, lengths = state.step()
+    errors, took = state.mean_square_error.tolist(), taken.tolist()
+    for i, record in enumerate(going):
+        record.history.append(errors[i])
+        if took[i]:
+            record.weights = state.weights[i]
+    return state.reasons(taken, lengths)
+
+
+def _leave(state: _State, going: list[_Record], reasons: list[Stop | None]) -> list[_Record]:
+    """Let the networks that have a reason stop; return the records of the others."""
+    for record, reason in zip(going, reasons, strict=True):
+        if reason is not None:
+            record.stop = reason
+    staying = [i for i, reason in enumerate(reasons) if reason is None]
+    if len(staying) < len(going):
+        state.keep(torch.tensor(staying, dtype=torch.long, device=state.error.device))
+    return [going[i] for i in staying]
+
+
+def _require_alike(networks: list[FeedForward]) -> None:
+    first = networks[0]
+    for i, network in enumerate(networks[1:], start=1):
+        same_view = network.inputs == first.inputs and torch.equal(network.view.carriers, first.view.carriers)
+        if _Shape.of(network) != _Shape.of(first) or network.readout != first.readout or not same_view:
+            raise ValueError(f"network {i} differs from the first in its size, its view or its readout")

@@ -1,0 +1,154 @@
+"""What every network of the package is: an index as a function of a chain's joint values.
+
+A network looks at some of the joints and, if it is told to, at the world's origin as one of the links sees
+it. What it looks at is the same for all kinds of networks; how it answers is their own. Weights and scaling
+are parameters and buffers of a torch module, so that they move between devices and are saved together.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+
+import torch
+from jaxtyping import Float64
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.spatial import TensorLike
+
+__all__ = ["Network", "View"]
+
+
+class View(torch.nn.Module):
+    """What a network sees of a configuration.
+
+    Parameters
+    ----------
+    joints
+        Number of joints n of the chain.
+    inputs
+        Joints whose values are seen, from 0, in rising order.
+    carriers
+        (c, 6) screws [v; ω] of the first c joints. Where there are any, the coordinates [m] of the world's
+        origin in the link that they carry stand before the joint values. A spatial index depends on the
+        first joints of a floating base through them alone.
+
+    Raises
+    ------
+    ValueError
+        If the inputs are no different joints in rising order, or the carriers are not screws of at most n
+        joints.
+    """
+
+    carriers: Tensor
+
+    def __init__(self, joints: int, inputs: Sequence[int], carriers: TensorLike = ()) -> None:
+        super().__init__()
+        inputs = tuple(inputs)
+        if not inputs or list(inputs) != sorted(set(inputs)) or inputs[0] < 0 or inputs[-1] >= joints:
+            raise ValueError(
+                f"inputs is {inputs}; different joints from 0 to {joints - 1} in rising order are needed"
+            )
+        screws = spatial.to_float64(carriers, "carriers").reshape(-1, 6)
+        if len(screws) > joints:
+            raise ValueError(f"carriers has {len(screws)} screws; the chain has {joints} joints")
+        self.joints = joints
+        self.inputs = inputs
+        self.register_buffer("carriers", screws)
+
+    @property
+    def width(self) -> int:
+        """Number r of values that are seen."""
+        return len(self.inputs) + (3 if len(self.carriers) else 0)
+
+    def forward(self, q: TensorLike) -> Float64[Tensor, "*batch r"]:
+        """Return what is seen of joint values (..., n), [rad] or [m].
+
+        Raises
+        ------
+        ValueError
+            If the last axis of `q` is not the number of joints, or `q` is not finite.
+        """
+        q = spatial.to_float64(q, "q")
+        if q.ndim == 0 or q.shape[-1] != self.joints:
+            raise ValueError(
+                f"q has shape {tuple(q.shape)}; the chain has {self.joints} joints: (..., {self.joints})"
+            )
+        seen = q[..., list(self.inputs)]
+        return torch.cat([self._origin(q), seen], dim=-1) if len(self.carriers) else seen
+
+    def _origin(self, q: Tensor) -> Tensor:
+        """World's origin (..., 3) in the coordinates of the carried link, which lies on the world at home."""
+        origin = q.new_zeros(*q.shape[:-1], 3)
+        for joint, screw in enumerate(self.carriers):
+            back = spatial.exp(-screw * q[..., joint, None])
+            origin = (back[..., :3, :3] @ origin[..., None])[..., 0] + back[..., :3, 3]
+        return origin
+
+
+class Network(torch.nn.Module, ABC):
+    """A function of joint values, called as what :meth:`dexterity.indices.Index.bind` returns is.
+
+    Attributes
+    ----------
+    view
+        What it sees of a configuration.
+    """
+
+    view: View
+
+    def __init__(self, view: View) -> None:
+        super().__init__()
+        self.view = view
+
+    @property
+    def joints(self) -> int:
+        """Number of joints of the chain."""
+        return self.view.joints
+
+    @property
+    def inputs(self) -> tuple[int, ...]:
+        """Joints whose values the network sees, from 0."""
+        return self.view.inputs
+
+    @property
+    @abstractmethod
+    def neurons(self) -> int:
+        """Number of hidden neurons."""
+
+    @abstractmethod
+    def answer(self, x: Tensor) -> Tensor:
+        """Return values (...) for what is seen (..., r) of configurations."""
+
+    def forward(self, q: TensorLike) -> Tensor:
+        """Value of the index as the network knows it.
+
+        Parameters
+        ----------
+        q
+            (..., n) joint values, [rad] for revolute and [m] for prismatic joints.
+
+        Raises
+        ------
+        ValueError
+            If the last axis of `q` is not the number of joints, or `q` is not finite.
+        """
+        return self.answer(self.view(q))
+
+
+def checked(arrays: Mapping[str, TensorLike], shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Tensor]:
+    """Return finite float64 copies of arrays that must have these names and shapes.
+
+    Raises
+    ------
+    ValueError
+        If one is missing, unknown, not finite or of another shape.
+    """
+    if arrays.keys() != shapes.keys():
+        raise ValueError(f"there are arrays {sorted(arrays)}; {sorted(shapes)} are needed")
+    tensors = {name: spatial.to_float64(arrays[name], name).detach().clone() for name in shapes}
+    for name, shape in shapes.items():
+        if tensors[name].shape != shape:
+            raise ValueError(f"{name} has shape {tuple(tensors[name].shape)}; {shape} is needed")
+    return tensors
