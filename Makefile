@@ -11,6 +11,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 PORT   ?= 8000
 STUDY  ?=
+NETWORK ?=
 
 # Relative folders are kept relative; every command of the environment is reached through it, nothing is activated.
 IN      := $(VENV)/bin
@@ -25,7 +26,7 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export JUPYTER_PLATFORM_DIRS   := 1
 export IPYTHONDIR              := $(abspath $(VENV))/ipython
 
-.PHONY: help book test lint check full bench serve lock clean distclean
+.PHONY: help book test lint check full networks bench serve lock clean distclean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -89,6 +90,9 @@ bench: $(READY)  ## run the benchmarks, print their ratios, write them into _bui
 
 full: $(READY)  ## run studies at full scale and store their results (STUDY=uvms.kinematics for one)
 	@$(IN)/python -m dexterity.studies full $(STUDY)
+
+networks: $(READY)  ## train, choose and judge the networks in data/networks (NETWORK=uvms-manipulability-feed-forward for one)
+	@$(IN)/python -m dexterity.studies.shipment $(NETWORK)
 
 # torch's metadata names CUDA packages for Linux. They are no part of the lock: with a CPU build of torch they are not
 # needed, and with the registry's build pip adds the ones that it names.

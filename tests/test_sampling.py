@@ -523,6 +523,19 @@ def test_a_sobol_sequence_fills_the_cube_more_evenly_than_random_draws():
     assert max(even) < 0.5 * min(random)
 
 
+def test_an_overhang_moves_its_share_of_each_coordinate_onto_the_bounds():
+    u = KCI_SPACE.to_unit(sampling.sobol(KCI_SPACE, 4096, 1, overhang=0.5))
+    on_a_face = ((u - 0.5).abs() > 0.5 - 1e-9).double().mean(0)
+    torch.testing.assert_close(on_a_face, torch.full_like(on_a_face, 1 / 3), rtol=0, atol=0.01)
+    assert bool(KCI_SPACE.contains(KCI_SPACE.from_unit(u.clamp(0, 1))).all())
+
+
+@pytest.mark.parametrize("overhang", [-0.1, float("inf"), float("nan")])
+def test_an_overhang_that_is_no_share_is_refused(overhang):
+    with pytest.raises(ValueError, match="overhang"):
+        sampling.sobol(SMALL, 8, 0, overhang)
+
+
 def test_longer_sobol_sequences_begin_with_shorter_ones():
     assert torch.equal(sampling.sobol(SMALL, 100, 7)[:40], sampling.sobol(SMALL, 40, 7))
     assert not torch.equal(sampling.sobol(SMALL, 40, 7), sampling.sobol(SMALL, 40, 8))

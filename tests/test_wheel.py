@@ -36,6 +36,7 @@ print(json.dumps({
     "values": ranking.values.tolist(),
     "compiled": dx.symbolic.compile_index(puma, index)([0.1] * 6).item(),
     "source": dx.symbolic.c_source(dx.symbolic.derive(puma, index)),
+    "networks": {name: dx.networks.load_shipped(name)([0.1] * 12).item() for name in dx.networks.shipped()},
 }))
 """
 
@@ -110,3 +111,6 @@ def test_the_installed_wheel_computes_what_the_source_tree_does(environment, tmp
     puma, index = dx.robots.puma560(), dx.indices.Index("manipulability")
     assert report["compiled"] == dx.symbolic.compile_index(puma, index)([0.1] * 6).item()
     assert report["source"] == dx.symbolic.c_source(dx.symbolic.derive(puma, index))
+    assert tuple(report["networks"]) == dx.networks.shipped()
+    for name, value in report["networks"].items():
+        assert dx.networks.load_shipped(name)([0.1] * 12).item() == value

@@ -40,7 +40,7 @@ from dexterity.elimination import (
 from dexterity.indices import Index, normalise
 from dexterity.program import Program, Recorder, gradient
 
-__all__ = ["Derivation", "SymbolicChain", "derive"]
+__all__ = ["Derivation", "SymbolicChain", "derive", "exact"]
 
 Vector: TypeAlias = tuple[Expr, Expr, Expr]
 """Three expressions."""
@@ -82,7 +82,7 @@ class SymbolicChain:
     @classmethod
     def from_chain(cls, chain: Chain) -> SymbolicChain:
         """Take a chain with its numbers; what misses an integer by rounding only becomes that integer."""
-        return cls._from_parts(chain, _exact(chain.screws.numpy()), _exact(chain.home.numpy()))
+        return cls._from_parts(chain, exact(chain.screws.numpy()), exact(chain.home.numpy()))
 
     @classmethod
     def from_description(cls, description: robots.Description) -> SymbolicChain:
@@ -94,12 +94,12 @@ class SymbolicChain:
         zero = dict.fromkeys(description.lengths, 0.0)
         chain = robots.build(description, zero)
         screws, home = chain.screws, chain.home
-        symbolic_screws, symbolic_home = _exact(screws.numpy()), _exact(home.numpy())
+        symbolic_screws, symbolic_home = exact(screws.numpy()), exact(home.numpy())
         for length in description.lengths:
             unit = robots.build(description, zero | {length: 1.0})
             symbol = Symbol(length, real=True)
-            symbolic_screws = symbolic_screws + symbol * _exact((unit.screws - screws).numpy())
-            symbolic_home = symbolic_home + symbol * _exact((unit.home - home).numpy())
+            symbolic_screws = symbolic_screws + symbol * exact((unit.screws - screws).numpy())
+            symbolic_home = symbolic_home + symbol * exact((unit.home - home).numpy())
         return cls._from_parts(chain, symbolic_screws, symbolic_home)
 
     @classmethod
@@ -515,7 +515,7 @@ def _triangle(entries: Sequence[Expr]) -> Matrix:
     return rows
 
 
-def _exact(array: np.ndarray) -> np.ndarray:
+def exact(array: np.ndarray) -> np.ndarray:
     """Numbers as sympy's, integers where only rounding is missing."""
     return np.array([_number(x) for x in array.ravel()], dtype=object).reshape(array.shape)
 

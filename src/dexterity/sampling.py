@@ -426,23 +426,41 @@ def uniform(space: Space, count: int, random: torch.Generator) -> Float64[Tensor
     return space.from_unit(torch.rand(count, space.dimensions, generator=random, dtype=torch.float64))
 
 
-def sobol(space: Space, count: int, seed: int) -> Float64[Tensor, "count n"]:
+def sobol(space: Space, count: int, seed: int, overhang: float = 0.0) -> Float64[Tensor, "count n"]:
     """Draw the first configurations of a scrambled Sobol sequence in the unit cube.
 
     They fill it more evenly than independent draws; `count` had best be a power of two.
 
+    Parameters
+    ----------
+    space
+        Where to draw.
+    count
+        Number of configurations.
+    seed
+        Scrambles the sequence.
+    overhang
+        How much wider than the unit cube the cube is that the sequence fills. What lies outside is moved onto
+        the nearest face, so that each coordinate is at one of its bounds with probability
+        overhang/(1 + overhang): edges and corners, which draws inside hardly ever come near when there are
+        many coordinates, are drawn too.
+
     Raises
     ------
     ValueError
-        If `count` is not positive, nothing varies in the space, or more than 21 201 coordinates do.
+        If `count` is not positive, `overhang` is negative or not finite, nothing varies in the space, or more
+        than 21 201 coordinates do.
 
     References
     ----------
     Owen (1998), Scrambling Sobol' and Niederreiter–Xing points.
     """
     _require_draw(space, count)
+    if not 0 <= overhang < math.inf:
+        raise ValueError(f"overhang is {overhang}; 0 or a positive number is needed")
     engine = torch.quasirandom.SobolEngine(space.dimensions, scramble=True, seed=seed)
-    return space.from_unit(engine.draw(count, dtype=torch.float64))
+    u = engine.draw(count, dtype=torch.float64)
+    return space.from_unit((u + overhang * (u - 0.5)).clamp(0, 1))
 
 
 def on_grid(space: Space, count: int, random: torch.Generator) -> Float64[Tensor, "count n"]:

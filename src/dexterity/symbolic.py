@@ -6,10 +6,9 @@ backend, and comes back as a function on batches of configurations, with gradien
 
 from __future__ import annotations
 
-import ctypes
 import importlib.metadata
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache, cached_property
 from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
@@ -21,8 +20,8 @@ from torch.autograd.function import once_differentiable
 from dexterity import spatial, store
 from dexterity.chain import Chain
 from dexterity.codegen import CompilationFailed, c_source, javascript_module
-from dexterity.codegen.c99 import NOT_FINITE, ZERO, function_name
-from dexterity.codegen.library import cached_source, compiled_library
+from dexterity.codegen.c99 import ZERO, function_name
+from dexterity.codegen.library import RowFunction, cached_source, compiled_library, plain_memory
 from dexterity.codegen.torch_code import TensorFunction, torch_function
 from dexterity.derivation import Derivation, SymbolicChain, derive
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
@@ -37,6 +36,7 @@ __all__ = [
     "Engine",
     "SymbolicChain",
     "c_source",
+    "cached_c_source",
     "compile_index",
     "derive",
     "javascript_module",
@@ -190,44 +190,37 @@ class _InC:
     """Calls a compiled C file."""
 
     def __init__(self, chain: SymbolicChain, index: Index) -> None:
-        key = store.content_key(chain.numbers(), index, _generator_key())
-        source = cached_source(key, lambda: c_source(derive(chain, index)))
-        library = compiled_library(source)
+        library = compiled_library(cached_c_source(chain, index))
         name = function_name(chain.name, index.name)
-        self._batch = _function(library, f"{name}_batch", pointers=1)
-        self._gradient_batch = _function(library, f"{name}_gradient_batch", pointers=2)
-        self._joints = chain.joints
+        self._batch = RowFunction(library, f"{name}_batch", chain.joints, results=1)
+        self._gradient_batch = RowFunction(library, f"{name}_gradient_batch", chain.joints, results=2)
 
     def values(self, q: Tensor) -> Tensor:
-        rows = _plain_memory(q)
+        rows = plain_memory(q)
         values = rows.new_empty(q.shape[:-1])
-        self._run(self._batch, rows, values.data_ptr())
+        self._batch(rows, values.data_ptr())
         return values if q.is_cpu else values.to(q.device)
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
-        rows = _plain_memory(q)
+        rows = plain_memory(q)
         values, gradients = rows.new_empty(q.shape[:-1]), torch.empty_like(rows)
-        self._run(self._gradient_batch, rows, values.data_ptr(), gradients.data_ptr())
+        self._gradient_batch(rows, values.data_ptr(), gradients.data_ptr())
         return (values, gradients) if q.is_cpu else (values.to(q.device), gradients.to(q.device))
 
-    def _run(self, function: Callable[..., int], rows: Tensor, *results: int) -> None:
-        error = function(rows.data_ptr(), rows.numel() // self._joints, self._joints, *results)
-        if error == NOT_FINITE:
-            raise ValueError("q is not finite: it holds NaN or an infinity")
-        if error:
-            raise RuntimeError(f"the compiled index returned error {error}")
 
+def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
+    """Return the C99 file of an index, derived only if the cache of generated code does not hold it.
 
-def _plain_memory(q: Tensor) -> Tensor:
-    # What is to be avoided for a single configuration: each call of torch takes longer than the index.
-    return q if q.is_cpu and q.is_contiguous() else q.detach().cpu().contiguous()
-
-
-def _function(library: ctypes.CDLL, name: str, pointers: int) -> Callable[..., int]:
-    function = getattr(library, name)
-    pointer, size = ctypes.c_void_p, ctypes.c_size_t
-    function.argtypes = [pointer, size, size, *[pointer] * pointers]
-    return function
+    Raises
+    ------
+    ValueError
+        If the chain has lengths without a value, or fewer than six joints.
+    OSError
+        If the folder for generated code cannot be written.
+    """
+    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    key = store.content_key(chain.numbers(), index, _generator_key())
+    return cached_source(key, lambda: c_source(derive(chain, index)))
 
 
 @cache

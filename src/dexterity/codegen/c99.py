@@ -8,6 +8,7 @@ for that reason.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 
 import mpmath
 import sympy
@@ -19,7 +20,16 @@ from dexterity.derivation import Derivation
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.program import Program
 
-__all__ = ["NOT_FINITE", "ZERO", "c_source", "function_name"]
+__all__ = [
+    "NOT_FINITE",
+    "ZERO",
+    "c_source",
+    "commented",
+    "function_name",
+    "loop",
+    "power_of_two",
+    "sine_cosine",
+]
 
 
 NOT_FINITE = 3
@@ -47,20 +57,25 @@ def c_source(derivation: Derivation) -> str:
     derivation.chain.require_computable(derivation.index.name)
     computation = _COMPUTATIONS[derivation.index.name](derivation)
     parts = {
-        "heading": "\n".join(f" * {line}".rstrip() for line in heading(derivation)),
+        "heading": commented(heading(derivation)),
         "name": function_name(derivation.chain.name, derivation.index.name),
         "not_finite": NOT_FINITE,
         "joints": derivation.chain.joints,
         "turning": ", ".join(str(int(kind == "revolute")) for kind in derivation.chain.kinds),
-        "sine_cosine": _sine_cosine() if "sine_cosine(" in computation else "",
+        "sine_cosine": sine_cosine() if "sine_cosine(" in computation else "",
         "computation": computation,
     }
     return template("file.c.in").substitute(parts)
 
 
+def commented(lines: Iterable[str]) -> str:
+    """Return lines as those within a comment."""
+    return "\n".join(f" * {line}".rstrip() for line in lines)
+
+
 def _manipulability(derivation: Derivation) -> str:
-    value = _loop("index_value", derivation.manipulability)
-    return value + "\n" + _loop("index_gradient", derivation.manipulability_gradient)
+    value = loop("index_value", derivation.manipulability)
+    return value + "\n" + loop("index_gradient", derivation.manipulability_gradient)
 
 
 def _conditioning(derivation: Derivation) -> str:
@@ -68,17 +83,17 @@ def _conditioning(derivation: Derivation) -> str:
         zero=ZERO,
         steps=LAGUERRE_STEPS,
         tolerance=LAGUERRE_TOLERANCE,
-        bidiagonal=_loop("bidiagonal", derivation.bidiagonal),
-        triangle=_loop("triangle", derivation.triangle),
-        step=_loop("laguerre_step", laguerre_step(6)),
-        gradient=_loop("conditioning_gradient", derivation.conditioning_gradient),
+        bidiagonal=loop("bidiagonal", derivation.bidiagonal),
+        triangle=loop("triangle", derivation.triangle),
+        step=loop("laguerre_step", laguerre_step(6)),
+        gradient=loop("conditioning_gradient", derivation.conditioning_gradient),
     )
 
 
 _COMPUTATIONS = {"manipulability": _manipulability, "kinematic_conditioning": _conditioning}
 
 
-def _loop(name: str, program: Program) -> str:
+def loop(name: str, program: Program) -> str:
     """Return a C function that runs a program on configurations side by side."""
     unused = "" if program.used_inputs else "  (void)in;\n"
     statements = [
@@ -106,7 +121,7 @@ def _statements(program: Program) -> list[str]:
     return statements
 
 
-def _sine_cosine() -> str:
+def sine_cosine() -> str:
     """Return the C function for a sine and a cosine: reduction by π/2 in three parts, Taylor polynomials.
 
     The first two parts of π/2 have 33 bits, so that their products with the number of quarter turns, which
@@ -129,6 +144,16 @@ def _sine_cosine() -> str:
     )  # fmt: skip
 
 
+def power_of_two() -> str:
+    """Return the C function for 2 to a power: whole numbers in the exponent's bits, a polynomial between.
+
+    The polynomial of degree 11 interpolates in Chebyshev's points, and is off by 2e-17 within ±1/2.
+    """
+    with mpmath.workprec(200):
+        coefficients = mpmath.chebyfit(lambda r: mpmath.mpf(2) ** r, [-0.5, 0.5], 12)
+    return template("power_of_two.c.in").substitute(power=_nested([float(c) for c in coefficients], "r"))
+
+
 def _rounded(x: mpmath.mpf, bits: int) -> float:
     with mpmath.workprec(bits):
         return float(+x)
@@ -136,8 +161,12 @@ def _rounded(x: mpmath.mpf, bits: int) -> float:
 
 def _horner(polynomial: sympy.Expr, z: Symbol) -> str:
     """Nested form with the coefficients rounded to doubles."""
-    coefficients = [float(c) for c in sympy.Poly(polynomial, z).all_coeffs()]
+    return _nested([float(c) for c in sympy.Poly(polynomial, z).all_coeffs()], str(z))
+
+
+def _nested(coefficients: Sequence[float], variable: str) -> str:
+    """Polynomial, its coefficients from the highest power down."""
     text = repr(coefficients[0])
     for coefficient in coefficients[1:]:
-        text = f"{coefficient!r} + {z}*({text})"
+        text = f"{coefficient!r} + {variable}*({text})"
     return text

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from dexterity.derivation import Derivation
 
-__all__ = ["heading"]
+__all__ = ["heading", "printable"]
 
 _TITLES = {"manipulability": "Manipulability w", "kinematic_conditioning": "Kinematic conditioning index KCI"}
 _ACCURACY = {
@@ -40,12 +40,19 @@ def heading(derivation: Derivation) -> list[str]:
         "Units: the value has none; its derivatives are per [rad] or [m].",
         f"Accuracy: {_ACCURACY[index.name]}",
     ]
-    # Names come from whoever built the chain: neither a line's nor a comment's end may hide in them.
-    printable = (
+    return printable(entries)
+
+
+def printable(entries: Iterable[str]) -> list[str]:
+    """Return entries as lines of printable text that can stand in a comment of any language.
+
+    Names come from whoever built the chain: neither a line's nor a comment's end may hide in them.
+    """
+    texts = (
         "".join(c if c.isprintable() else " " for c in entry).replace("*/", "* /").replace("/*", "/ *")
         for entry in entries
     )
-    return [line for entry in printable for line in textwrap.wrap(entry, 100, subsequent_indent="  ")]
+    return [line for text in texts for line in textwrap.wrap(text, 100, subsequent_indent="  ")]
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 
 from dexterity.codegen.heading import heading
 from dexterity.codegen.printing import JAVASCRIPT, template
@@ -10,7 +11,7 @@ from dexterity.derivation import Derivation
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.program import Program
 
-__all__ = ["javascript_module"]
+__all__ = ["assembled", "function", "javascript_module"]
 
 
 def javascript_module(derivation: Derivation) -> str:
@@ -23,13 +24,13 @@ def javascript_module(derivation: Derivation) -> str:
     """
     derivation.chain.require_computable(derivation.index.name)
     if derivation.index.name == "manipulability":
-        computation = _function("compute", derivation.manipulability)
+        computation = function("compute", derivation.manipulability)
     else:
         computation = template("conditioning.js.in").substitute(
             steps=LAGUERRE_STEPS,
             tolerance=LAGUERRE_TOLERANCE,
-            bidiagonal=_function("bidiagonal", derivation.bidiagonal),
-            step=_function("laguerreStep", laguerre_step(6)),
+            bidiagonal=function("bidiagonal", derivation.bidiagonal),
+            step=function("laguerreStep", laguerre_step(6)),
         )
     about = {
         "chain": derivation.chain.name,
@@ -38,15 +39,21 @@ def javascript_module(derivation: Derivation) -> str:
         "joints": derivation.chain.joint_names,
         "matters": derivation.matters,
     }
+    return assembled(heading(derivation), about, derivation.chain.joints, computation)
+
+
+def assembled(lines: Iterable[str], about: Mapping[str, object], joints: int, computation: str) -> str:
+    """Return a module from its heading, its description, and code that defines ``compute(q)``, an array."""
     return template("module.js.in").substitute(
-        heading="\n".join(f"// {line}".rstrip() for line in heading(derivation)),
+        heading="\n".join(f"// {line}".rstrip() for line in lines),
         about=json.dumps(about, ensure_ascii=False, indent=2),
-        joints=derivation.chain.joints,
+        joints=joints,
         computation=computation,
     )
 
 
-def _function(name: str, program: Program) -> str:
+def function(name: str, program: Program) -> str:
+    """Return a function of an array that runs a program and returns an array."""
     statements = [
         *(f"const {q} = input[{program.inputs.index(q)}];" for q in program.used_inputs),
         *(f"const {symbol} = {JAVASCRIPT.doprint(expression)};" for symbol, expression in program.steps),

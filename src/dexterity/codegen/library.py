@@ -11,9 +11,19 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from dexterity import store
+from torch import Tensor
 
-__all__ = ["CompilationFailed", "cache_folder", "cached_source", "compiled_library"]
+from dexterity import store
+from dexterity.codegen.c99 import NOT_FINITE
+
+__all__ = [
+    "CompilationFailed",
+    "RowFunction",
+    "cache_folder",
+    "cached_source",
+    "compiled_library",
+    "plain_memory",
+]
 
 FLAGS = ("-std=c99", "-O3", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-shared")
 """Flags that gcc and clang know. None changes what a NaN or an infinity is."""
@@ -71,6 +81,46 @@ def compiled_library(source: str) -> ctypes.CDLL:
     if not path.exists():
         _compile(compiler, (*FLAGS, *tuning), source, path)
     return ctypes.CDLL(str(path))
+
+
+class RowFunction:
+    """A function of a compiled file that takes rows of joint values, called on tensors.
+
+    Parameters
+    ----------
+    library, name
+        Where it is.
+    joints
+        Numbers in a row.
+    results
+        How many arrays it writes.
+    """
+
+    def __init__(self, library: ctypes.CDLL, name: str, joints: int, results: int) -> None:
+        self._function = getattr(library, name)
+        self._joints = joints
+        pointer, size = ctypes.c_void_p, ctypes.c_size_t
+        self._function.argtypes = [pointer, size, size, *[pointer] * results]
+
+    def __call__(self, rows: Tensor, *results: int) -> None:
+        """Run on rows in plain memory, and write to the addresses of `results`.
+
+        Raises
+        ------
+        ValueError
+            If a row holds a NaN or an infinity.
+        """
+        error = self._function(rows.data_ptr(), rows.numel() // self._joints, self._joints, *results)
+        if error == NOT_FINITE:
+            raise ValueError("q is not finite: it holds NaN or an infinity")
+        if error:
+            raise RuntimeError(f"the compiled function returned error {error}")
+
+
+def plain_memory(q: Tensor) -> Tensor:
+    """Return a tensor that lies on the CPU in its order and without gaps; itself if it does already."""
+    # What is to be avoided for a single configuration: each call of torch takes longer than the function.
+    return q if q.is_cpu and q.is_contiguous() else q.detach().cpu().contiguous()
 
 
 def _compiler() -> list[str]:

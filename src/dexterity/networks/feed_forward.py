@@ -21,7 +21,7 @@ from dexterity.spatial import TensorLike
 
 __all__ = ["FeedForward", "Readout"]
 
-Readout: TypeAlias = Literal["identity", "reciprocal", "logarithm", "cone"]
+Readout: TypeAlias = Literal["identity", "reciprocal", "logarithm", "cone", "triple"]
 """How a value is read from the output layer, see `FeedForward`."""
 
 
@@ -34,16 +34,20 @@ class FeedForward(Network):
     - ``"identity"``: t itself, as in the paper;
     - ``"reciprocal"``: 1/t;
     - ``"logarithm"``: exp t, whose absolute error is the relative one of the value;
-    - ``"cone"``: exp t too, with t from three linear outputs, :math:`u_1 - \sqrt{u_2^2 + u_3^2}`. The smaller
-      of two eigenvalues of a symmetric matrix that depends smoothly on the joints has this form, with a
-      cone where the two meet, which no single smooth output can follow.
+    - ``"cone"``: exp t too, with t from three linear outputs, :math:`u_1 - \sqrt{u_2^2 + u_3^2}`, the smaller
+      eigenvalue of a symmetric 2×2 matrix;
+    - ``"triple"``: the same of a symmetric 3×3 matrix with the diagonal :math:`u_1, u_2, u_3` and
+      :math:`u_4, u_5, u_6` at (1, 2), (1, 3) and (2, 3).
+
+    Where the smallest of two or three singular values meet, an index that depends on it has the tip of a
+    cone, which no single smooth output can follow. As an eigenvalue of a matrix that is smooth itself it can.
 
     Attributes
     ----------
     hidden_weights, hidden_biases
         (h, r) and (h): :math:`W_1` and :math:`b_1`.
     output_weights, output_biases
-        (m, h) and (m): :math:`W_2` and :math:`b_2`; m is the number of values, or 3 for a cone.
+        (m, h) and (m): :math:`W_2` and :math:`b_2`; m is the number of values, 3 for a cone, 6 for a triple.
     input_centre, input_half_range
         (r) each, in the units of the joints [rad] or [m]: what is scaled to 0 and to 1.
     target_centre, target_half_range
@@ -54,7 +58,7 @@ class FeedForward(Network):
     References
     ----------
     Sotiropoulos & Aspragathos (2016), Eqs. 13–16. Nguyen & Widrow (1990) for the initial weights. Köppel,
-    Domcke & Cederbaum (1984) for surfaces that meet in a cone.
+    Domcke & Cederbaum (1984) for surfaces that meet in a cone, as eigenvalues of a smooth matrix.
     """
 
     hidden_weights: Tensor
@@ -149,7 +153,7 @@ class FeedForward(Network):
         scaled = (x - self.input_centre) / self.input_half_range
         hidden = torch.tanh(scaled @ self.hidden_weights.mT + self.hidden_biases)
         outputs = hidden @ self.output_weights.mT + self.output_biases
-        combined = combine(outputs) if self.readout == "cone" else outputs
+        combined = smallest_eigenvalue(outputs) if self.readout in EIGENVALUES else outputs
         values = READOUTS[self.readout].value(combined * self.target_half_range + self.target_centre)
         return values[..., 0] if self.values == 1 else values
 
@@ -167,8 +171,12 @@ READOUTS: Mapping[str, ReadoutRule] = {
     "reciprocal": ReadoutRule(torch.reciprocal, torch.reciprocal),
     "logarithm": ReadoutRule(torch.log, torch.exp),
     "cone": ReadoutRule(torch.log, torch.exp),
+    "triple": ReadoutRule(torch.log, torch.exp),
 }
 """Targets of the readouts."""
+
+EIGENVALUES: Mapping[str, int] = {"cone": 3, "triple": 6}
+"""Numbers of linear outputs of the readouts that are the smallest eigenvalue of a matrix."""
 
 WEIGHTS = ("hidden_weights", "hidden_biases", "output_weights", "output_biases")
 """Names of what is trained."""
@@ -189,9 +197,16 @@ def target_of(values: TensorLike, readout: Readout) -> Float64[Tensor, "N k"]:
     return targets[:, None] if targets.ndim == 1 else targets
 
 
-def combine(outputs: Tensor) -> Tensor:
-    """Return the cone (..., 1) of three linear outputs (..., 3)."""
-    return outputs[..., :1] - torch.hypot(outputs[..., 1:2], outputs[..., 2:])
+def smallest_eigenvalue(outputs: Tensor) -> Tensor:
+    """Return the smallest eigenvalues (..., 1) of matrices given by three or six linear outputs (..., m)."""
+    if outputs.shape[-1] == 3:
+        return outputs[..., :1] - torch.hypot(outputs[..., 1:2], outputs[..., 2:])
+    return torch.linalg.eigvalsh(symmetric(outputs))[..., :1]
+
+
+def symmetric(outputs: Tensor) -> Tensor:
+    """Return symmetric matrices (..., 3, 3) with diagonal and upper elements from (..., 6)."""
+    return outputs[..., [0, 3, 4, 3, 1, 5, 4, 5, 2]].unflatten(-1, (3, 3))
 
 
 def _shapes(view: View, readout: Readout, arrays: Mapping[str, TensorLike]) -> dict[str, tuple[int, ...]]:
@@ -209,11 +224,11 @@ def _shapes(view: View, readout: Readout, arrays: Mapping[str, TensorLike]) -> d
 
 
 def _outputs(readout: Readout, values: int) -> int:
-    if readout != "cone":
+    if readout not in EIGENVALUES:
         return values
     if values != 1:
-        raise ValueError(f"a cone answers with one value; there are {values}")
-    return 3
+        raise ValueError(f"the readout {readout!r} answers with one value; there are {values}")
+    return EIGENVALUES[readout]
 
 
 def _middle(rows: Tensor) -> tuple[Tensor, Tensor]:

@@ -8,17 +8,25 @@ leaves the stack. Only the normal equations are kept, summed over pieces of the 
 from __future__ import annotations
 
 import copy
+import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import lru_cache
 from typing import Literal, TypeAlias, get_args, overload
 
 import torch
 from torch import Tensor
 
 from dexterity import spatial
-from dexterity.networks.feed_forward import FeedForward, combine, target_of
+from dexterity.networks.feed_forward import (
+    EIGENVALUES,
+    FeedForward,
+    smallest_eigenvalue,
+    symmetric,
+    target_of,
+)
 from dexterity.spatial import TensorLike
 
 __all__ = ["Damping", "Options", "Stop", "Training", "levenberg_marquardt"]
@@ -200,12 +208,17 @@ def _rows(networks: list[FeedForward], x: TensorLike, y: TensorLike) -> tuple[Te
 
 @dataclass(frozen=True)
 class _Problem:
-    """Scaled inputs with a one behind (B or 1, N, r + 1), scaled targets (B or 1, N, k), half ranges (B)."""
+    """What the networks of a stack see and should answer, one row of the training set a column.
+
+    Scaled inputs with a one below (B or 1, r + 1, N), the products of any two of them (B or 1, ·, N), scaled
+    targets (B or 1, k, N), and half ranges (B) of the targets.
+    """
 
     inputs: Tensor
+    products: Tensor
     targets: Tensor
     half_range: Tensor
-    cone: bool
+    eigenvalue: bool
 
     @classmethod
     def of(cls, networks: Sequence[FeedForward], q: Tensor, values: Tensor) -> _Problem:
@@ -217,21 +230,26 @@ class _Problem:
         for i, network in enumerate(networks if own_rows or own_scaling else networks[:1]):
             x = network.view(q[i if own_rows else 0].to(device))
             target = target_of(values[i if own_rows else 0].to(device), network.readout)
-            seen.append((x - network.input_centre) / network.input_half_range)
-            answers.append((target - network.target_centre) / network.target_half_range)
-        inputs = torch.nn.functional.pad(torch.stack(seen), (0, 1), value=1.0)
+            seen.append(((x - network.input_centre) / network.input_half_range).mT)
+            answers.append(((target - network.target_centre) / network.target_half_range).mT)
+        inputs = torch.nn.functional.pad(torch.stack(seen), (0, 0, 0, 1), value=1.0).contiguous()
         half_range = torch.stack([network.target_half_range for network in networks])
-        return cls(inputs, torch.stack(answers), half_range, first.readout == "cone")
+        products = _products(inputs)
+        targets = torch.stack(answers).contiguous()
+        return cls(inputs, products, targets, half_range, first.readout in EIGENVALUES)
 
-    def __getitem__(self, networks: Tensor) -> _Problem:
+    def __getitem__(self, networks: Tensor | slice) -> _Problem:
         """Return the problem of some of the networks."""
         if len(self.inputs) == 1:
-            return _Problem(self.inputs, self.targets, self.half_range[networks], self.cone)
-        return _Problem(self.inputs[networks], self.targets[networks], self.half_range[networks], self.cone)
+            return replace(self, half_range=self.half_range[networks])
+        inputs, products, targets = (array[networks] for array in (self.inputs, self.products, self.targets))
+        return _Problem(inputs, products, targets, self.half_range[networks], self.eigenvalue)
 
-    def pieces(self, rows: int) -> Iterator[tuple[Tensor, Tensor]]:
-        """Yield inputs and targets of so many rows at a time."""
-        yield from zip(self.inputs.split(rows, dim=1), self.targets.split(rows, dim=1), strict=True)
+    def pieces(self, rows: int) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
+        """Yield inputs, their products and targets, so many rows at a time; what all share has no axis B."""
+        arrays = (self.inputs, self.products, self.targets)
+        shared = (array[0] if len(array) == 1 else array for array in arrays)
+        yield from zip(*(array.split(max(1, rows), dim=-1) for array in shared), strict=True)
 
 
 @dataclass(frozen=True)
@@ -249,8 +267,13 @@ class _Shape:
         return cls(inputs, neurons, len(network.output_biases), network.values)
 
     @property
+    def border(self) -> int:
+        """Where the output layer begins among the weights."""
+        return self.neurons * (self.inputs + 1)
+
+    @property
     def parameters(self) -> int:
-        return self.neurons * (self.inputs + 1) + self.outputs * (self.neurons + 1)
+        return self.border + self.outputs * (self.neurons + 1)
 
     def pack(self, networks: Sequence[FeedForward]) -> Tensor:
         """Weights (B, P) of networks."""
@@ -262,19 +285,15 @@ class _Shape:
         return torch.stack(rows)
 
     def layers(self, weights: Tensor) -> tuple[Tensor, Tensor]:
-        """Hidden (B, h, r + 1) and output layer (B, m, h + 1), biases last."""
-        return self.blocks(weights)
-
-    def blocks(self, J: Tensor) -> tuple[Tensor, Tensor]:
-        """Look at the last axis (..., P) as hidden (..., h, r + 1) and output layer (..., m, h + 1)."""
-        border = self.neurons * (self.inputs + 1)
-        hidden = J[..., :border].unflatten(-1, (self.neurons, self.inputs + 1))
-        return hidden, J[..., border:].unflatten(-1, (self.outputs, self.neurons + 1))
+        """Hidden (B, h, r + 1) and output layer (B, m, h + 1) of weights (B, P), biases last."""
+        hidden = weights[:, : self.border].unflatten(-1, (self.neurons, self.inputs + 1))
+        return hidden, weights[:, self.border :].unflatten(-1, (self.outputs, self.neurons + 1))
 
     def unpacked(self, network: FeedForward, weights: Tensor) -> FeedForward:
         """Return a copy of a network with other weights (P)."""
         hidden, output = (layer[0] for layer in self.layers(weights[None]))
         trained = copy.deepcopy(network)
+        trained.card = {}  # what was known of the network is not true of the one with other weights
         with torch.no_grad():
             trained.hidden_weights.copy_(hidden[:, :-1])
             trained.hidden_biases.copy_(hidden[:, -1])
@@ -283,59 +302,167 @@ class _Shape:
         return trained
 
 
-def _answers(layers: tuple[Tensor, Tensor], x: Tensor, cone: bool) -> tuple[Tensor, Tensor, Tensor]:
-    """Hidden (B, N, h) and linear outputs (B, N, m) of a stack of networks, and scaled answers (B, N, k)."""
+def _answers(layers: tuple[Tensor, Tensor], x: Tensor, eigenvalue: bool) -> tuple[Tensor, Tensor, Tensor]:
+    """Hidden (B, h, N) and linear outputs (B, m, N) of a stack of networks, and scaled answers (B, k, N)."""
     hidden_layer, output_layer = layers
-    hidden = torch.tanh(x @ hidden_layer.mT)
-    outputs = hidden @ output_layer[..., :-1].mT + output_layer[:, None, :, -1]
-    return hidden, outputs, combine(outputs) if cone else outputs
+    hidden = torch.tanh_(hidden_layer @ x if x.ndim == 3 else _folded_product(hidden_layer, x))
+    outputs = torch.baddbmm(output_layer[..., -1:], output_layer[..., :-1], hidden)
+    return hidden, outputs, smallest_eigenvalue(outputs.mT).mT if eigenvalue else outputs
+
+
+def _folded_product(stack: Tensor, matrix: Tensor) -> Tensor:
+    """Multiply a stack (B, i, j) by a matrix (j, k) that all share in one product."""
+    return (stack.flatten(0, 1) @ matrix).unflatten(0, stack.shape[:2])
 
 
 def _error(shape: _Shape, weights: Tensor, problem: _Problem) -> Tensor:
     """Sum of squared residuals (B)."""
     total = weights.new_zeros(len(weights))
     layers = shape.layers(weights)
-    for x, targets in problem.pieces(_rows_at_once(len(weights) * shape.neurons)):
-        residuals = _answers(layers, x, problem.cone)[2] - targets
+    for x, _, targets in problem.pieces(_numbers_at_once(weights) // (len(weights) * shape.neurons)):
+        residuals = _answers(layers, x, problem.eigenvalue)[2] - targets
         total += residuals.square().sum(dim=(1, 2))
     return total
 
 
 def _normal_equations(shape: _Shape, weights: Tensor, problem: _Problem) -> tuple[Tensor, Tensor]:
-    """JᵀJ (B, P, P) and Jᵀe (B, P), the Jacobian of the residuals written out row by row."""
-    networks, P = len(weights), shape.parameters
-    matrix, vector = weights.new_zeros(networks, P, P), weights.new_zeros(networks, P)
+    """JᵀJ (B, P, P) and Jᵀe (B, P), for so many networks at a time that pieces of the rows stay long."""
+    numbers = shape.values * (shape.parameters + len(_pairs(shape.neurons)))
+    together = max(1, _numbers_at_once(weights) // (_SHORTEST_PIECE * numbers))
+    parts = []
+    for start in range(0, len(weights), together):
+        some = slice(start, start + together)
+        rows = _numbers_at_once(weights) // (numbers * len(weights[some]))
+        parts.append(_summed_over_rows(shape, weights[some], problem[some], rows))
+    matrices, vectors = zip(*parts, strict=True)
+    return torch.cat(matrices), torch.cat(vectors)
+
+
+def _summed_over_rows(shape: _Shape, weights: Tensor, problem: _Problem, rows: int) -> tuple[Tensor, Tensor]:
+    r"""JᵀJ (B, P, P) and Jᵀe (B, P), without J.
+
+    In the Jacobian of a row, the weight from input a to neuron j has the column :math:`g_j x_a`. The sum of
+    :math:`g_j x_a \, g_k x_b` over the rows is a product of all pairs (j, k) and all pairs (a, b), of which
+    about half each differ: a quarter of the work of JᵀJ, and the pairs (a, b) are the same for all networks.
+    """
     layers = shape.layers(weights)
-    output_weights = layers[1][..., :-1]
-    for x, targets in problem.pieces(_rows_at_once(networks * shape.values * P)):
-        hidden, outputs, answers = _answers(layers, x, problem.cone)
-        slopes = _slopes(outputs, shape.values, problem.cone)
-        into_hidden = (slopes @ output_weights[:, None]) * (1 - hidden.square())[:, :, None]
-        J = weights.new_empty(networks, x.shape[1], shape.values, P)
-        by_hidden_layer, by_output_layer = shape.blocks(J)
-        torch.mul(into_hidden[..., None], x[:, :, None, None], out=by_hidden_layer)
-        torch.mul(slopes[..., None], hidden[:, :, None, None], out=by_output_layer[..., :-1])
-        by_output_layer[..., -1] = slopes
-        J = J.flatten(1, 2)
-        matrix += J.mT @ J
-        vector += (J.mT @ (answers - targets).flatten(1)[..., None])[..., 0]
-    return matrix, vector
+    tail = shape.parameters - shape.border
+    pairs = [len(_pairs(size)) for size in (shape.neurons, shape.inputs + 1)]
+    hidden_part = weights.new_zeros(len(weights), *pairs)
+    cross_part = weights.new_zeros(len(weights), shape.border, tail + 1)
+    output_part = weights.new_zeros(len(weights), tail, tail + 1)
+    for x, products, targets in problem.pieces(rows):
+        hidden, outputs, answers = _answers(layers, x, problem.eigenvalue)
+        slopes = _slopes(outputs, shape.values, problem.eigenvalue)
+        by_output = _by_output_layer(slopes, hidden, answers - targets)
+        into_hidden = _into_hidden(slopes, layers[1], hidden)
+        x, products = (_repeated(array, shape.values) for array in (x, products))
+        by_hidden = (into_hidden[:, :, None] * x[..., None, :, :]).flatten(1, 2)
+        _add_product(hidden_part, _products(into_hidden), products)
+        _add_product(cross_part, by_hidden, by_output)
+        _add_product(output_part, by_output[:, :-1], by_output)
+    across = torch.cat([cross_part, output_part], dim=1)
+    left = torch.cat([_unfolded(hidden_part, shape), cross_part[..., :-1].mT], dim=1)
+    return torch.cat([left, across[..., :-1]], dim=2), across[..., -1]
 
 
-def _slopes(outputs: Tensor, values: int, cone: bool) -> Tensor:
-    """Differentiate scaled answers by linear outputs: (B, N, k, m); at the tip of a cone take its axis."""
-    if not cone:
-        return torch.eye(values, dtype=outputs.dtype, device=outputs.device).expand(
-            *outputs.shape[:2], -1, -1
-        )
-    distance = torch.hypot(outputs[..., 1:2], outputs[..., 2:])
-    sides = outputs[..., 1:] / torch.where(distance > 0, distance, 1.0)
-    return torch.cat([torch.ones_like(distance), -sides], dim=-1)[..., None, :]
+def _slopes(outputs: Tensor, values: int, eigenvalue: bool) -> Tensor:
+    """Differentiate scaled answers by linear outputs: (B, m, k, N), or with 1 for N where it is constant."""
+    if not eigenvalue:
+        identity = torch.eye(values, dtype=outputs.dtype, device=outputs.device)
+        return identity[..., None].expand(len(outputs), -1, -1, -1)
+    slopes = _slopes_of_cone(outputs) if outputs.shape[1] == 3 else _slopes_of_triple(outputs)
+    return slopes[:, :, None]
 
 
-def _rows_at_once(numbers_a_row: int) -> int:
-    """So many rows that what is worked on stays in the processor's cache; a few at least."""
-    return max(32, 2**19 // numbers_a_row)
+def _slopes_of_cone(outputs: Tensor) -> Tensor:
+    """Differentiate by each of the outputs (B, 3, N); at the tip take the axis of the cone."""
+    distance = torch.hypot(outputs[:, 1:2], outputs[:, 2:])
+    sides = outputs[:, 1:] / torch.where(distance > 0, distance, 1.0)
+    return torch.cat([torch.ones_like(distance), -sides], dim=1)
+
+
+def _slopes_of_triple(outputs: Tensor) -> Tensor:
+    """Differentiate by each of the outputs (B, 6, N), with any eigenvector of a multiple eigenvalue."""
+    x, y, z = torch.linalg.eigh(symmetric(outputs.mT)).eigenvectors[..., 0].unbind(-1)
+    return torch.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z], dim=1)
+
+
+def _by_output_layer(slopes: Tensor, hidden: Tensor, residuals: Tensor) -> Tensor:
+    """Columns (B, m (h + 1) + 1, k N) of the Jacobian for the output layer, and the residuals behind."""
+    networks, neurons, rows = hidden.shape
+    outputs, values = slopes.shape[1:3]
+    columns = hidden.new_empty(networks, outputs * (neurons + 1) + 1, values, rows)
+    layer = columns[:, :-1].unflatten(1, (outputs, neurons + 1))
+    torch.mul(slopes[:, :, None], hidden[:, None, :, None], out=layer[:, :, :-1])
+    layer[:, :, -1] = slopes
+    columns[:, -1] = residuals
+    return columns.flatten(2)
+
+
+def _into_hidden(slopes: Tensor, output_layer: Tensor, hidden: Tensor) -> Tensor:
+    """Differentiate scaled answers by what enters the hidden neurons: (B, h, k N)."""
+    into_outputs = torch.einsum("bmh,bmkn->bhkn", output_layer[..., :-1], slopes)
+    return (into_outputs * (1 - hidden.square())[:, :, None]).flatten(2)
+
+
+def _products(x: Tensor) -> Tensor:
+    """Products (..., ·, N) of any two of the rows of x (..., s, N), in the order of `_pairs`."""
+    size = x.shape[-2]
+    products = x.new_empty(*x.shape[:-2], len(_pairs(size)), x.shape[-1])
+    end = 0
+    for i in range(0, size, _BLOCK):
+        left, right = x[..., i : i + _BLOCK, None, :], x[..., None, i:, :]
+        sizes = (left.shape[-3], right.shape[-2])
+        start, end = end, end + math.prod(sizes)
+        torch.mul(left, right, out=products[..., start:end, :].unflatten(-2, sizes))
+    return products
+
+
+@lru_cache(maxsize=64)
+def _pairs(size: int) -> tuple[tuple[int, int], ...]:
+    """Pairs of numbers below `size`, each at least once: a few first ones with all from them on at a time."""
+    blocks = [(range(size)[i : i + _BLOCK], range(i, size)) for i in range(0, size, _BLOCK)]
+    return tuple(pair for block in blocks for pair in itertools.product(*block))
+
+
+_BLOCK = 5
+
+
+def _repeated(x: Tensor, values: int) -> Tensor:
+    """Repeat the rows of the training set (..., N) for each value: (..., k N)."""
+    return x[..., None, :].expand(*x.shape[:-1], values, -1).flatten(-2)
+
+
+def _add_product(total: Tensor, left: Tensor, right: Tensor) -> None:
+    """Add left (B, i, N) times the transpose of right, (B, j, N) or (j, N) for all, to total (B, i, j)."""
+    if right.ndim == 3:
+        total.baddbmm_(left, right.mT)
+    else:
+        total.flatten(0, 1).addmm_(left.flatten(0, 1), right.mT)
+
+
+def _unfolded(sums: Tensor, shape: _Shape) -> Tensor:
+    """Turn sums over pairs of neurons and pairs of inputs into the block (B, h (r + 1), h (r + 1)) of JᵀJ."""
+    neurons, inputs = (_pair_numbers(size, sums.device) for size in (shape.neurons, shape.inputs + 1))
+    blocks = sums[:, neurons[:, None, :, None], inputs[None, :, None, :]]
+    return blocks.reshape(len(sums), shape.border, shape.border)
+
+
+def _pair_numbers(size: int, device: torch.device) -> Tensor:
+    """(size, size) where each pair is among `_pairs`."""
+    numbers = torch.empty(size, size, dtype=torch.long)
+    first, second = torch.tensor(_pairs(size)).mT
+    numbers[first, second] = numbers[second, first] = torch.arange(len(first))
+    return numbers.to(device)
+
+
+_SHORTEST_PIECE = 256
+
+
+def _numbers_at_once(weights: Tensor) -> int:
+    """So many that they stay in a processor's cache, or fill a GPU."""
+    return 2**19 if weights.device.type == "cpu" else 2**27
 
 
 def _scaled_alike(a: FeedForward, b: FeedForward) -> bool:
@@ -360,7 +487,7 @@ class _State:
         scale = largest if options.damping == "gain_ratio" else torch.ones_like(largest)
         self.damping = options.initial_damping * scale
         self.growth = torch.full_like(self.damping, 2.0)
-        self.residuals = problem.targets.shape[1] * shape.values
+        self.residuals = problem.targets.shape[-1] * shape.values
 
     @property
     def mean_square_error(self) -> Tensor:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import torch
 from jaxtyping import Float64
@@ -94,13 +95,17 @@ class Network(torch.nn.Module, ABC):
     ----------
     view
         What it sees of a configuration.
+    card
+        What is known of the network, as a file keeps it; empty unless it came from one.
     """
 
     view: View
+    card: Mapping[str, Any]
 
     def __init__(self, view: View) -> None:
         super().__init__()
         self.view = view
+        self.card = {}
 
     @property
     def joints(self) -> int:

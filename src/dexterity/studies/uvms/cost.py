@@ -39,9 +39,11 @@ from dexterity.symbolic import Derivation, SymbolicChain
 __all__ = [
     "CONFIGS",
     "INDICES",
+    "MEASURES",
     "TOLERANCE",
     "Config",
     "Drawing",
+    "Jacobians",
     "Network",
     "Result",
     "acceptance",
@@ -49,6 +51,7 @@ __all__ = [
     "draw",
     "iteration",
     "jacobian_counts",
+    "lengths_of",
     "other_forms",
     "run",
     "table_4",
@@ -211,7 +214,7 @@ def run(config: Config) -> Result:
     w, kci = (symbolic.derive(symbols, index) for index in INDICES.values())
     matters = {"w": w.matters, "KCI": kci.matters}
     J = written_out(symbols).flat()
-    jacobians = _Jacobians(J, _lengths(symbols))
+    jacobians = Jacobians(J, lengths_of(symbols))
     expanded = [sympy.expand(entry) for entry in J] if config.expand else None
     steps, laguerre_error = _laguerre(kci, chain, q)
     once = operations.count_program(laguerre_step(6))
@@ -307,7 +310,8 @@ def _joints(joints: int) -> tuple[Symbol, ...]:
     return sympy.symbols(f"q1:{joints + 1}", real=True)
 
 
-def _lengths(chain: SymbolicChain) -> dict[Symbol, float]:
+def lengths_of(chain: SymbolicChain) -> dict[Symbol, float]:
+    """Return the lengths of a described robot by their symbols, [m]."""
     lengths = robots.describe(chain.name).lengths
     return {length: lengths[str(length)] for length in chain.lengths}
 
@@ -345,7 +349,7 @@ def _galois_group(chain: SymbolicChain) -> tuple[str, bool]:
     solvable the singular values there could be written with roots. The ratio of two of them generates,
     with its conjugates, what all of them generate, if the group is the symmetric one.
     """
-    values: dict[Expr, Expr] = {length: sympy.Rational(str(m)) for length, m in _lengths(chain).items()}
+    values: dict[Expr, Expr] = {length: sympy.Rational(str(m)) for length, m in lengths_of(chain).items()}
     for i, q in enumerate(_joints(chain.joints)):
         half = sympy.Rational(1, i + 2)
         values[sympy.sin(q)] = 2 * half / (1 + half**2)
@@ -369,7 +373,7 @@ def _draw(chain: Chain, configurations: int, config: Config) -> Tensor:
 
 
 def _closed_error(derivation: Derivation, chain: Chain, q: Tensor) -> float:
-    (squared,) = _function(derivation.squared_manipulability, _lengths(derivation.chain))(*q.numpy().T)
+    (squared,) = _function(derivation.squared_manipulability, lengths_of(derivation.chain))(*q.numpy().T)
     return _largest(np.sqrt(squared) / INDICES["w"].bind(chain)(q).numpy() - 1)
 
 
@@ -378,7 +382,7 @@ def _laguerre(derivation: Derivation, chain: Chain, q: Tensor) -> tuple[tuple[in
 
     Each starts from a bound of its singular value and ends with a step that changes nothing any more.
     """
-    squares = _function(derivation.bidiagonal, _lengths(derivation.chain))(*q.numpy().T)
+    squares = _function(derivation.bidiagonal, lengths_of(derivation.chain))(*q.numpy().T)
     step = _function(laguerre_step(len(squares) // 2 + 1))
     steps = np.zeros(len(q), dtype=int)
     ends = []
@@ -401,7 +405,7 @@ def _function(program: Program, values: Mapping[Symbol, float] | None = None) ->
     return sympy.lambdify(program.inputs, outputs, ["numpy"], cse=lambda _: (steps, outputs))
 
 
-class _Jacobians:
+class Jacobians:
     """Python functions of the Jacobian written out, its lengths in numbers.
 
     Attributes
@@ -430,11 +434,11 @@ def _largest(deviation: NDArray[np.float64]) -> float:
 # ---- what is timed ---------------------------------------------------------------------------------
 
 
-def _ways(chain: Chain, index: Index, jacobians: _Jacobians, config: Config) -> tuple[Way, ...]:
+def _ways(chain: Chain, index: Index, jacobians: Jacobians, config: Config) -> tuple[Way, ...]:
     """Ways to the same index, from a loop over the paper's kind of expression to compiled code."""
     q = _draw(chain, config.timed_configurations, config)
     few = q[: config.timed_in_loops]
-    measure = _MEASURES[index.name]
+    measure = MEASURES[index.name]
     bound = index.bind(chain)
     in_torch, in_c = (symbolic.compile_index(chain, index, backend) for backend in _BACKENDS)
     screws = chain.screws.numpy()
@@ -490,7 +494,11 @@ def _by_singular_values(J: NDArray[np.float64]) -> NDArray[np.float64] | np.floa
     return sigma[..., -1] / sigma[..., 0]
 
 
-_MEASURES = {"manipulability": _by_determinant, "kinematic_conditioning": _by_singular_values}
+MEASURES: Mapping[str, Callable[[NDArray[np.float64]], Any]] = {
+    "manipulability": _by_determinant,
+    "kinematic_conditioning": _by_singular_values,
+}
+"""The indices of Jacobians (..., 6, n) in numpy, w by LU and KCI by singular values."""
 
 
 def _way_errors(ways: Sequence[Way]) -> dict[str, float]:

@@ -1,0 +1,471 @@
+"""The design loops of Sotiropoulos & Aspragathos (2016): one run, or many at the same time.
+
+Hidden neurons are added one at a time until a network passes the test. The loop of radial-basis networks,
+Fig. 6b, is offered here too; it lives in :mod:`dexterity.networks.radial_basis_design`.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from enum import Enum
+from functools import cache
+from typing import Any, Literal, TypeAlias, cast, get_args
+
+import joblib
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from dexterity import spatial, store
+from dexterity.networks import feed_forward, levenberg_marquardt
+from dexterity.networks import network as network_module
+from dexterity.networks import problem as problem_module
+from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
+from dexterity.networks.growth import RadialBasisOptions
+from dexterity.networks.levenberg_marquardt import Damping, Options, Stop, Training
+from dexterity.networks.problem import DesignProblem, largest_relative_error
+from dexterity.networks.radial_basis_design import RadialBasisDesign, design_radial_basis
+from dexterity.networks.threads import one_thread
+from dexterity.networks.trials import TrialStore, source_key
+
+__all__ = [
+    "Design",
+    "End",
+    "FeedForwardOptions",
+    "RadialBasisDesign",
+    "RadialBasisOptions",
+    "Sweep",
+    "Trial",
+    "design_all",
+    "design_feed_forward",
+    "design_radial_basis",
+]
+
+Sweep: TypeAlias = Literal["first", "all"]
+"""Whether a design ends at the first size that passes, as printed, or goes through all of them."""
+
+
+@dataclass(frozen=True)
+class FeedForwardOptions:
+    """Parameters of the design loop; the defaults are those of the paper's network for w.
+
+    Attributes
+    ----------
+    testing_error
+        E: a network is accepted when its largest relative error on the test set is at most this.
+    training_goal
+        :math:`E_{mse}`: mean square error at which a training ends, in units of what is trained on: the
+        index itself unless the readout says otherwise.
+    neuron_limit
+        :math:`L_{iter}`: largest number of neurons.
+    first_neurons, neuron_step
+        Size that the loop begins with, and how many neurons it adds at a time; 1 and 1 as printed.
+    epoch_limit
+        :math:`L_{epochs}`: largest number of steps of a training.
+    restarts
+        Networks of each size, from different initial weights; they are trained together, and the one with
+        the smallest testing error stands for its size.
+    damping
+        Rule of the trainer.
+    readout
+        How the value is read from the output layer.
+    seed
+        Of the initial weights, not negative.
+    sweep
+        Whether to end at the first size that passes or to go through all.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range or a name is unknown.
+
+    References
+    ----------
+    Sotiropoulos & Aspragathos (2016), Table 3 and section 3.3.
+    """
+
+    testing_error: float = 0.02
+    training_goal: float = 1e-3
+    neuron_limit: int = 100
+    first_neurons: int = 1
+    neuron_step: int = 1
+    epoch_limit: int = 100
+    restarts: int = 1
+    damping: Damping = "gain_ratio"
+    readout: Readout = "identity"
+    seed: int = 0
+    sweep: Sweep = "first"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.testing_error < math.inf:
+            raise ValueError(f"testing_error is {self.testing_error}; 0 or a positive number is needed")
+        for name in ("first_neurons", "neuron_step", "restarts"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
+        if self.neuron_limit < self.first_neurons:
+            raise ValueError(
+                f"neuron_limit is {self.neuron_limit}; at least {self.first_neurons}, the first, is needed"
+            )
+        if self.seed < 0:
+            raise ValueError(f"seed is {self.seed}; 0 or a positive number is needed")
+        if self.readout not in READOUTS:
+            raise ValueError(f"readout is {self.readout!r}; {tuple(READOUTS)} are known")
+        if self.sweep not in get_args(Sweep):
+            raise ValueError(f"sweep is {self.sweep!r}; {get_args(Sweep)} are known")
+        self.training()
+
+    @property
+    def sizes(self) -> range:
+        """Numbers of neurons that are tried in turn."""
+        return range(self.first_neurons, self.neuron_limit + 1, self.neuron_step)
+
+    def training(self) -> Options:
+        """Return the options of each training.
+
+        Raises
+        ------
+        ValueError
+            If the goal, the epochs or the damping are not what the trainer takes.
+        """
+        return Options(goal=self.training_goal, epochs=self.epoch_limit, damping=self.damping)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One network that was trained, in the order of a table's columns.
+
+    Attributes
+    ----------
+    neurons
+        Hidden neurons.
+    restart
+        Which of the networks of this size, from 0.
+    seed
+        What its initial weights were drawn from.
+    mean_square_error
+        Over the training set, Eq. 19.
+    epochs, stop
+        How many steps were tried, and why the training ended.
+    testing_error
+        Largest relative error on the test set, Eq. 21, by which the loop decides.
+    validation_error
+        The same on the validation set, which the loop does not look at.
+    history
+        (epochs + 1) mean square errors.
+    seconds
+        How long the trainings of this size took together [s]; no part of what trials are compared by.
+    """
+
+    neurons: int
+    restart: int
+    seed: int
+    mean_square_error: float
+    epochs: int
+    stop: Stop
+    testing_error: float
+    validation_error: float
+    history: tuple[float, ...] = field(repr=False)
+    seconds: float = field(compare=False)
+
+
+class End(Enum):
+    """Why a design ended."""
+
+    PASSED = "a network passed the test"
+    NEURONS = "the neuron limit was reached, and no network passed"
+    INTERRUPTED = "it was interrupted, and no network had passed"
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a design loop found; two are equal when their trials are.
+
+    Attributes
+    ----------
+    network
+        The smallest network that passed; if none did, that with the smallest testing error.
+    best
+        Its trial.
+    end
+        Why the loop ended.
+    trials
+        All trials by size, and by restart within a size.
+    """
+
+    network: FeedForward = field(compare=False)
+    best: Trial
+    end: End
+    trials: tuple[Trial, ...] = field(repr=False)
+
+    @property
+    def success(self) -> bool:
+        """Whether a network passed."""
+        return self.end is End.PASSED
+
+
+def design_feed_forward(
+    problem: DesignProblem,
+    options: FeedForwardOptions = FeedForwardOptions(),
+    *,
+    trials: TrialStore | None = None,
+    device: str = "cpu",
+    progress: bool = True,
+) -> Design:
+    """Train networks of one neuron, two, and so on, until one passes.
+
+    An interrupt from the keyboard ends the loop and returns what there is so far.
+
+    Parameters
+    ----------
+    problem
+        What to learn.
+    options
+        When to stop, and how to train.
+    trials
+        Where to look for sizes that were trained before, and to keep new ones.
+    device
+        Where to train, such as ``"cuda"``; the networks come back to the processor.
+    progress
+        Whether to show a bar on stderr.
+
+    Returns
+    -------
+    The design. A test that no network passes is no error: see `Design.end`.
+
+    Raises
+    ------
+    ValueError
+        If the readout does not fit the values, or an input does not vary in the training set.
+    KeyboardInterrupt
+        If there is nothing so far.
+
+    References
+    ----------
+    Sotiropoulos & Aspragathos (2016), section 3.3, Fig. 6a, Table 3.
+    """
+    sizes: list[_Size] = []
+    with tqdm(total=len(options.sizes), unit="size", disable=not progress) as bar:
+        try:
+            for size in _Loop(problem, options, trials, device).sizes():
+                sizes.append(size)
+                bar.update()
+        except KeyboardInterrupt:
+            if not sizes:
+                raise
+            return _design(sizes, options, End.INTERRUPTED)
+    return _design(sizes, options, End.NEURONS)
+
+
+def design_all(
+    runs: Sequence[tuple[DesignProblem, FeedForwardOptions]],
+    *,
+    n_jobs: int = 1,
+    trials: TrialStore | None = None,
+    device: str = "cpu",
+    progress: bool = True,
+) -> tuple[Design, ...]:
+    """Do several designs at the same time, such as one for each of many seeds.
+
+    Parameters
+    ----------
+    runs
+        Problems with their options. Where a run goes through all sizes, each size is a job of its own.
+    n_jobs
+        Jobs that joblib does at the same time, in its current backend: processes of this machine, or those
+        of a cluster under ``joblib.parallel_config("dask")``. The result does not depend on it.
+    trials
+        Where to look for sizes that were trained before, and to keep new ones; all workers must reach it.
+    device
+        Where to train, such as ``"cuda"``; the networks come back to the processor.
+    progress
+        Whether to show a bar on stderr.
+
+    Returns
+    -------
+    The designs in the order of the runs, equal to those of :func:`design_feed_forward`.
+
+    Raises
+    ------
+    ValueError
+        See :func:`design_feed_forward`.
+    KeyboardInterrupt
+        From the keyboard; sizes that were finished are in the store.
+    """
+    jobs = [
+        (i, neurons)
+        for i, (_, options) in enumerate(runs)
+        for neurons in (options.sizes if options.sweep == "all" else [None])
+    ]
+    found: list[list[_Size]] = [[] for _ in runs]
+    parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
+    loops = [_Loop(problem, options, trials, device) for problem, options in runs]
+    results = parallel(joblib.delayed(loops[i].job)(neurons) for i, neurons in jobs)
+    for (i, _), sizes in zip(jobs, tqdm(results, total=len(jobs), disable=not progress), strict=True):
+        found[i] += sizes
+    return tuple(_design(found[i], options, End.NEURONS) for i, (_, options) in enumerate(runs))
+
+
+# ---- one size --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Size:
+    """The trials of one size, and the network of the best."""
+
+    trials: tuple[Trial, ...]
+    network: FeedForward
+
+    @property
+    def best(self) -> Trial:
+        return min(self.trials, key=lambda trial: trial.testing_error)
+
+    @property
+    def interrupted(self) -> bool:
+        return any(trial.stop is Stop.INTERRUPTED for trial in self.trials)
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """What the sizes of one design have in common."""
+
+    problem: DesignProblem
+    options: FeedForwardOptions
+    trials: TrialStore | None
+    device: str
+
+    def sizes(self) -> Iterator[_Size]:
+        """Yield the sizes in turn, and stop where the loop ends."""
+        for neurons in self.options.sizes:
+            size = self.size(neurons)
+            yield size
+            if size.interrupted:
+                raise KeyboardInterrupt
+            if self.options.sweep == "first" and size.best.testing_error <= self.options.testing_error:
+                return
+
+    def job(self, neurons: int | None) -> list[_Size]:
+        """Do one size, or the whole loop if none is given."""
+        if neurons is None:
+            return list(self.sizes())
+        size = self.size(neurons)
+        if size.interrupted:
+            raise KeyboardInterrupt
+        return [size]
+
+    def size(self, neurons: int) -> _Size:
+        """Train the networks of one size, or find them."""
+        if self.trials is None:
+            return self.trained(neurons)
+        key = self.key(neurons)
+        stored = self.trials.get(key)
+        if stored is not None:
+            return _from_record(cast(FeedForward, stored))
+        size = self.trained(neurons)
+        if not size.interrupted:
+            self.trials.put(key, size.network, _to_record(size))
+        return size
+
+    def key(self, neurons: int) -> str:
+        # What only decides where to begin and to stop leaves no trace in a size.
+        own = replace(
+            self.options,
+            first_neurons=1,
+            neuron_limit=neurons,
+            neuron_step=1,
+            testing_error=0.0,
+            sweep="first",
+        )
+        return store.content_key("feed-forward design", self.problem.key, own, self.device, _source())
+
+    def trained(self, neurons: int) -> _Size:
+        train = self.problem.data.train
+        seeds = [_seed(self.options.seed, neurons, restart) for restart in range(self.options.restarts)]
+        with one_thread():
+            start = time.perf_counter()
+            trainings = levenberg_marquardt.levenberg_marquardt(
+                [self.untrained(neurons, seed) for seed in seeds],
+                train.q,
+                train.values,
+                self.options.training(),
+            )
+            trainings = [replace(training, network=training.network.cpu()) for training in trainings]
+            seconds = time.perf_counter() - start
+            trials = tuple(
+                _trial(self.problem, training, restart, seed, seconds)
+                for restart, (training, seed) in enumerate(zip(trainings, seeds, strict=True))
+            )
+        best = min(range(len(trials)), key=lambda i: trials[i].testing_error)
+        return _Size(trials, trainings[best].network)
+
+    def untrained(self, neurons: int, seed: int) -> FeedForward:
+        train, random = self.problem.data.train, torch.Generator().manual_seed(seed)
+        network = FeedForward.untrained(
+            self.problem.view, neurons, train.q, train.values, random, self.options.readout
+        )
+        return network.to(self.device)
+
+
+def _seed(seed: int, neurons: int, restart: int) -> int:
+    return int(np.random.SeedSequence([seed, neurons, restart]).generate_state(1, np.uint64)[0] >> 1)
+
+
+def _trial(problem: DesignProblem, training: Training, restart: int, seed: int, seconds: float) -> Trial:
+    return Trial(
+        neurons=training.network.neurons,
+        restart=restart,
+        seed=seed,
+        mean_square_error=training.mean_square_error,
+        epochs=training.epochs,
+        stop=training.stop,
+        testing_error=largest_relative_error(training.network, problem.data.test),
+        validation_error=largest_relative_error(training.network, problem.data.validation),
+        history=training.history,
+        seconds=seconds,
+    )
+
+
+@cache
+def _source() -> str:
+    own = sys.modules[__name__]
+    return source_key([own, feed_forward, levenberg_marquardt, network_module, problem_module, spatial])
+
+
+def _to_record(size: _Size) -> dict[str, Any]:
+    # As text, because JSON has no infinity.
+    return {
+        "trials": [
+            asdict(trial) | {"stop": trial.stop.name} | {name: repr(getattr(trial, name)) for name in _FLOATS}
+            for trial in size.trials
+        ]
+    }
+
+
+_FLOATS = ("mean_square_error", "testing_error", "validation_error", "seconds")
+
+
+def _from_record(stored: FeedForward) -> _Size:
+    trials = tuple(
+        Trial(**_trial_fields(record)) for record in cast(Sequence[Mapping[str, Any]], stored.card["trials"])
+    )
+    stored.card = {}
+    return _Size(trials, stored)
+
+
+def _trial_fields(record: Mapping[str, Any]) -> dict[str, Any]:
+    floats = {name: float(record[name]) for name in _FLOATS}
+    return {**record, **floats, "stop": Stop[record["stop"]], "history": tuple(record["history"])}
+
+
+# ---- the outcome -----------------------------------------------------------------------------------
+
+
+def _design(sizes: Sequence[_Size], options: FeedForwardOptions, otherwise: End) -> Design:
+    """Choose among sizes; an end that no network has passed has is given."""
+    passing = [size for size in sizes if size.best.testing_error <= options.testing_error]
+    best = passing[0] if passing else min(sizes, key=lambda size: size.best.testing_error)
+    end = End.PASSED if passing else otherwise
+    return Design(best.network, best.best, end, tuple(trial for size in sizes for trial in size.trials))

@@ -1,0 +1,181 @@
+"""What exported code computes of a network: all scaling worked into the weights, its view as a program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from sympy import Expr, Symbol
+
+from dexterity.derivation import exact
+from dexterity.elimination import dot
+from dexterity.networks.feed_forward import FeedForward, Readout
+from dexterity.networks.network import Network, View
+from dexterity.networks.radial_basis import BIAS, RadialBasis
+from dexterity.program import Program, Recorder
+
+__all__ = ["EXPONENTIAL", "SWEEPS", "Bells", "Folded", "Sigmoids", "folded", "origin_program", "screws"]
+
+Array: TypeAlias = NDArray[np.float64]
+"""Numbers of a network."""
+
+
+@dataclass(frozen=True)
+class Sigmoids:
+    r"""A feed-forward network, :math:`u = V \tanh(W x + b) + a`, of what is seen in its own units.
+
+    Attributes
+    ----------
+    hidden, hidden_biases
+        (h, r) and (h): W and b.
+    output, output_biases
+        (m, h) and (m): V and a; m is 3 for a cone, 6 for a triple, else 1.
+    readout
+        What makes the value of u: itself, 1/u, exp u, or the exponential of the smallest eigenvalue of the
+        matrix that a cone or a triple stands for.
+    """
+
+    hidden: Array
+    hidden_biases: Array
+    output: Array
+    output_biases: Array
+    readout: Readout
+
+
+@dataclass(frozen=True)
+class Bells:
+    r"""A radial-basis network, :math:`a + \sum_j v_j \exp(-‖s x - c_j‖^2)`, of what is seen.
+
+    Attributes
+    ----------
+    scale
+        (r) factors s.
+    centres
+        (h, r) points c.
+    output, output_bias
+        (h) and (): v and a.
+    """
+
+    scale: Array
+    centres: Array
+    output: Array
+    output_bias: float
+
+
+EXPONENTIAL: tuple[Readout, ...] = ("logarithm", "cone", "triple")
+"""Readouts that end with an exponential."""
+
+SWEEPS = 6
+"""Rounds of Jacobi's rotations for a 3×3 matrix at most; they converge quadratically."""
+
+Folded: TypeAlias = Sigmoids | Bells
+"""A network without any scaling of its own."""
+
+
+def folded(network: Network) -> Folded:
+    """Work the scaling of a network into its weights.
+
+    Raises
+    ------
+    TypeError
+        If the network is of an unknown kind.
+    ValueError
+        If it answers with several values.
+    """
+    if isinstance(network, FeedForward):
+        return _sigmoids(network)
+    if isinstance(network, RadialBasis):
+        return _bells(network)
+    raise TypeError(f"network is a {type(network).__name__}; FeedForward and RadialBasis can be exported")
+
+
+def screws(view: View) -> list[tuple[Array, Array]]:
+    """Pairs (v, ω) of the carriers, ω a unit vector or zero.
+
+    Raises
+    ------
+    ValueError
+        If a carrier turns, and not by one radian per unit of its joint.
+    """
+    rows = view.carriers.cpu().numpy()
+    for i, length in enumerate(np.linalg.norm(rows[:, 3:], axis=1)):
+        if not (length == 0 or abs(length - 1) < 1e-12):
+            raise ValueError(
+                f"carrier {i} turns by {length} rad per unit of its joint; 0 or 1 can be exported"
+            )
+    return [(row[:3], row[3:]) for row in rows]
+
+
+def origin_program(view: View) -> Program:
+    """Return the coordinates of the world's origin in the link of the last carrier.
+
+    Returns
+    -------
+    A program from the joints of the carriers to three numbers [m].
+
+    Raises
+    ------
+    ValueError
+        If a carrier turns, and not by one radian per unit of its joint.
+    """
+    joints = [Symbol(f"q{i}", real=True) for i in range(len(view.carriers))]
+    record, origin = Recorder(), [sympy.S.Zero] * 3
+    for joint, (linear, axis) in zip(joints, screws(view), strict=True):
+        origin = _moved_back(record, origin, joint, list(exact(linear)), list(exact(axis)))
+    return record.program(joints, origin)
+
+
+def _moved_back(
+    record: Recorder, point: list[Expr], joint: Symbol, linear: list[Expr], axis: list[Expr]
+) -> list[Expr]:
+    """Coordinates of a point after the inverse motion of a joint (Rodrigues, about a point of its axis)."""
+    if not any(axis):
+        return record.all(x - v * joint for x, v in zip(point, linear, strict=True))
+    foot, pitch = _cross(axis, linear), dot(axis, linear)
+    arm = record.all(x - p for x, p in zip(point, foot, strict=True))
+    along = record(dot(axis, arm))
+    across = record.all(a - w * along for a, w in zip(arm, axis, strict=True))
+    aside = record.all(_cross(axis, across))
+    sine, cosine, shift = record(sympy.sin(joint)), record(sympy.cos(joint)), record(along - pitch * joint)
+    return record.all(
+        p + w * shift + cosine * a - sine * b for p, w, a, b in zip(foot, axis, across, aside, strict=True)
+    )
+
+
+def _cross(a: list[Expr], b: list[Expr]) -> list[Expr]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _sigmoids(network: FeedForward) -> Sigmoids:
+    if network.values != 1:
+        raise ValueError(f"network answers with {network.values} values; networks of one can be exported")
+    own = _numbers(network)
+    hidden = own["hidden_weights"] / own["input_half_range"]
+    output_biases = own["output_biases"] * own["target_half_range"]
+    # All of the diagonal: what is added to it is added to every eigenvalue.
+    output_biases[: 3 if network.readout == "triple" else 1] += own["target_centre"]
+    return Sigmoids(
+        hidden,
+        own["hidden_biases"] - hidden @ own["input_centre"],
+        own["output_weights"] * own["target_half_range"],
+        output_biases,
+        network.readout,
+    )
+
+
+def _bells(network: RadialBasis) -> Bells:
+    own = _numbers(network)
+    width = BIAS / own["spread"]
+    return Bells(
+        own["input_scale"] * width,
+        own["centres"] * width,
+        own["output_weights"],
+        float(own["output_bias"]),
+    )
+
+
+def _numbers(network: Network) -> dict[str, Array]:
+    return {name: tensor.cpu().numpy() for name, tensor in network.state_dict().items()}

@@ -1,0 +1,79 @@
+"""What a design loop is given, and the error by which it decides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from dexterity import store
+from dexterity.networks.network import View
+from dexterity.sampling import DataSet, DataSets
+
+__all__ = ["DesignProblem", "largest_relative_error"]
+
+
+@dataclass(frozen=True)
+class DesignProblem:
+    """An index to be learned: what the network sees, and the data.
+
+    Attributes
+    ----------
+    view
+        What the network sees of a configuration.
+    data
+        The training set, the test set that the loop looks at, and the validation set that it does not.
+
+    Raises
+    ------
+    ValueError
+        If a set is empty, has another number of joints than the view or another number of values than
+        configurations, holds NaN or an infinity, or holds a value of zero where a relative error is taken;
+        or if the training values are all the same.
+    """
+
+    view: View
+    data: DataSets
+
+    def __post_init__(self) -> None:
+        for name in ("train", "test", "validation"):
+            _check(getattr(self.data, name), name, self.view.joints)
+        for name in ("test", "validation"):
+            if (getattr(self.data, name).values == 0).any():
+                raise ValueError(f"{name} holds a value of 0, where no relative error exists")
+        values = self.data.train.values
+        if values.min() == values.max():
+            raise ValueError(f"train holds one value, {values[0].item()}: there is nothing to learn")
+
+    @cached_property
+    def key(self) -> str:
+        """Name by content, see :func:`dexterity.store.content_key`."""
+        return store.content_key(self.view.joints, self.view.inputs, self.view.carriers, self.data)
+
+
+def largest_relative_error(network: Callable[[Tensor], Tensor], data: DataSet) -> float:
+    """Return the largest relative error over a data set, Eq. 21 of Sotiropoulos & Aspragathos (2016).
+
+    Parameters
+    ----------
+    network
+        Any function of joint values, (N, n) → (N).
+    data
+        Configurations and exact values, none of them zero.
+    """
+    with torch.no_grad():
+        return ((network(data.q) - data.values) / data.values).abs().max().item()
+
+
+def _check(data: DataSet, name: str, joints: int) -> None:
+    q, values = data.q, data.values
+    if q.ndim != 2 or not len(q) or q.shape[1] != joints:
+        raise ValueError(f"{name}.q has shape {tuple(q.shape)}; rows of {joints} joints are needed")
+    if values.shape != q.shape[:1]:
+        raise ValueError(f"{name}.values has shape {tuple(values.shape)}; ({len(q)},) is needed")
+    for part, tensor in {"q": q, "values": values}.items():
+        if not torch.isfinite(tensor).all():
+            raise ValueError(f"{name}.{part} is not finite: it holds NaN or an infinity")

@@ -1,0 +1,229 @@
+"""The worst error of an approximation, searched for and not waited for.
+
+Sampling finds a large error only where large errors are common. From the worst of many samples, and from
+corners of the space, where approximations are least held in place, a search climbs on the relative error
+with the gradients of the approximation and of the index. What it finds is a lower bound of the worst case,
+as every sampled maximum is, only a better one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from jaxtyping import Float64
+from torch import Tensor
+
+from dexterity import sampling, spatial
+from dexterity.networks.validation import Function, relative_errors
+from dexterity.sampling import DataSet, Space
+
+__all__ = ["Search", "WorstCase", "climb", "worst_case", "worst_points"]
+
+
+@dataclass(frozen=True)
+class Search:
+    """How much to search.
+
+    Attributes
+    ----------
+    samples
+        Points of a scrambled Sobol sequence among which starts are chosen.
+    corners
+        Random corners of the unit cube among which starts are chosen too; all where there are no more.
+    starts
+        How many of the worst of both to climb from.
+    steps
+        Steps of the ascent.
+
+    Raises
+    ------
+    ValueError
+        If one is not positive.
+    """
+
+    samples: int = 32_768
+    corners: int = 2048
+    starts: int = 256
+    steps: int = 100
+
+    def __post_init__(self) -> None:
+        for name in ("samples", "corners", "starts", "steps"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
+
+
+@dataclass(frozen=True)
+class WorstCase:
+    """The largest relative error that was found.
+
+    Attributes
+    ----------
+    error
+        Absolute relative error, never below `sampled`.
+    q
+        (n,) where it is, [rad] or [m].
+    value, exact
+        What the approximation and the index say there.
+    sampled
+        Largest error among the samples and corners, before any step.
+    reached
+        (starts,) where the climbs ended, worst first: many alike speak for the largest of all.
+    evaluations
+        How often the error was evaluated, with or without a gradient.
+    """
+
+    error: float
+    q: tuple[float, ...]
+    value: float
+    exact: float
+    sampled: float
+    reached: tuple[float, ...]
+    evaluations: int
+
+
+def worst_case(
+    f: Function, index: Function, space: Space, search: Search = Search(), seed: int = 0
+) -> WorstCase:
+    """Search a space for the largest relative error of an approximation.
+
+    Parameters
+    ----------
+    f, index
+        The approximation, and what it should be; torch must be able to differentiate both once.
+    space
+        Where to search. Nothing outside it is evaluated.
+    search
+        How much to search.
+    seed
+        Of the samples and corners.
+
+    Raises
+    ------
+    ValueError
+        If nothing varies in the space, torch cannot differentiate `f`, the index is zero somewhere, or
+        what either function returns is not finite or not one value for each configuration.
+    """
+    u, looked_at = _starts(f, index, space, search, seed)
+    climbed = climb(f, index, space, u, search.steps)
+    ends = space.from_unit(torch.cat([u[:1], climbed]))
+    data = _data(index, ends)
+    errors = relative_errors(f, data).abs()
+    best = int(errors.argmax())
+    with torch.no_grad():
+        value = f(ends[best : best + 1])
+    return WorstCase(
+        error=float(errors[best]),
+        q=tuple(ends[best].tolist()),
+        value=float(value),
+        exact=float(data.values[best]),
+        sampled=float(errors[0]),
+        reached=tuple(errors[1:].sort(descending=True).values.tolist()),
+        evaluations=looked_at + len(u) * (search.steps + 1),
+    )
+
+
+def worst_points(
+    f: Function, index: Function, space: Space, search: Search = Search(), seed: int = 0
+) -> DataSet:
+    """Return where the climbs of :func:`worst_case` end, to train on or to look at.
+
+    Its parameters and errors are those of :func:`worst_case`.
+
+    Returns
+    -------
+    At most `search.starts` configurations with the values of the index; climbs may end in one place.
+    """
+    u, _ = _starts(f, index, space, search, seed)
+    return _data(index, space.from_unit(climb(f, index, space, u, search.steps)))
+
+
+def climb(
+    f: Function, index: Function, space: Space, u: Float64[Tensor, "B m"], steps: int
+) -> Float64[Tensor, "B m"]:
+    """Climb on the absolute relative error from points of the unit cube, all at once.
+
+    Every coordinate has a step of its own, which grows while the slope keeps its sign and shrinks when it
+    changes; a point that would leave the cube stays on its face. Only signs of slopes count, so kinks of
+    the index and errors of any size are no trouble.
+
+    Parameters
+    ----------
+    f, index, space
+        See :func:`worst_case`.
+    u
+        (B, m) starts.
+    steps
+        Number of steps.
+
+    Returns
+    -------
+    (B, m) the worst point on the way from each start, the start included.
+
+    Raises
+    ------
+    ValueError
+        See :func:`worst_case`.
+
+    References
+    ----------
+    Riedmiller & Braun (1993), A direct adaptive method for faster backpropagation learning: the RPROP
+    algorithm; Igel & Hüsken (2000) for the forgotten slope after a change of sign.
+    """
+    length = torch.full_like(u, _FIRST_STEP)
+    before = torch.zeros_like(u)
+    best, highest = u, torch.full_like(u[:, 0], -torch.inf)
+    for _ in range(steps + 1):
+        height, slope = _height_and_slope(f, index, space, u)
+        higher = height > highest
+        best, highest = torch.where(higher[:, None], u, best), torch.where(higher, height, highest)
+        agreement = slope * before
+        length = torch.where(agreement > 0, 1.2 * length, torch.where(agreement < 0, 0.5 * length, length))
+        length = length.clamp(max=_LARGEST_STEP)
+        before = torch.where(agreement < 0, 0.0, slope)
+        u = (u + length * before.sign()).clamp(0, 1)
+    return best
+
+
+# ---- private ---------------------------------------------------------------------------------------
+
+_FIRST_STEP, _LARGEST_STEP = 0.02, 0.25
+
+
+def _starts(f: Function, index: Function, space: Space, search: Search, seed: int) -> tuple[Tensor, int]:
+    """Points of the unit cube with the largest errors, largest first, and how many were looked at."""
+    u = torch.cat([_samples(space, search, seed), _corners(space.dimensions, search, seed)])
+    errors = relative_errors(f, _data(index, space.from_unit(u))).abs()
+    return u[errors.argsort(descending=True, stable=True)[: search.starts]], len(u)
+
+
+def _samples(space: Space, search: Search, seed: int) -> Tensor:
+    # The way back from the space may leave the cube by a rounding error.
+    return space.to_unit(sampling.sobol(space, search.samples, seed)).clamp(0, 1)
+
+
+def _corners(m: int, search: Search, seed: int) -> Tensor:
+    if 2**m <= search.corners:
+        corners = (torch.arange(2**m)[:, None] >> torch.arange(m)) & 1
+    else:
+        random = torch.Generator().manual_seed(seed)
+        corners = torch.randint(2, (search.corners, m), generator=random)
+    return corners.to(torch.float64)
+
+
+def _data(index: Function, q: Tensor) -> DataSet:
+    with torch.no_grad():
+        return DataSet(q, spatial.to_float64(index(q), "index(q)"))
+
+
+def _height_and_slope(f: Function, index: Function, space: Space, u: Tensor) -> tuple[Tensor, Tensor]:
+    """Absolute relative errors (B) and how they rise with the coordinates (B, m)."""
+    u = u.detach().requires_grad_()
+    q = space.from_unit(u)
+    value = f(q)
+    if not value.requires_grad:
+        raise ValueError("f cannot be differentiated by torch, so nothing can climb on its error")
+    height = (value / index(q) - 1).abs()
+    (slope,) = torch.autograd.grad(height.sum(), u)
+    # At a kink there may be no slope; what climbs stays there until a coordinate with one leads it away.
+    return spatial.to_float64(height.detach(), "f(q) / index(q)"), slope.nan_to_num(nan=0.0)

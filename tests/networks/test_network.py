@@ -1,0 +1,124 @@
+"""What networks see of a configuration."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from torch.testing import assert_close
+
+import dexterity as dx
+from dexterity import spatial
+from dexterity.chain import Chain
+from dexterity.networks.feed_forward import FeedForward
+from dexterity.networks.network import View, checked
+
+
+def configurations(count, joints=12, seed=0):
+    return torch.from_numpy(np.random.default_rng(seed).uniform(-2, 2, (count, joints)))
+
+
+@given(st.sets(st.integers(0, 6), min_size=1))
+def test_chosen_joints_are_seen_in_their_order(joints):
+    q = configurations(5, 7)
+    view = View(7, sorted(joints))
+    assert view.width == len(joints)
+    assert torch.equal(view(q), q[:, sorted(joints)])
+
+
+@pytest.mark.parametrize("carried", [1, 6, 8, 12])
+def test_the_origin_is_seen_from_the_carried_link(carried):
+    """The link is the tool of a chain of the joints that carry it, lying on the world at home."""
+    screws = dx.robots.uvms().screws[:carried]
+    q = configurations(7)
+    view = View(12, [10, 11], carriers=screws)
+    seen = view(q)
+    T_world_link = Chain(screws, torch.eye(4)).forward(q[:, :carried])
+    T_link_world = torch.linalg.inv(T_world_link)
+    assert view.width == 5
+    assert_close(seen[:, :3], T_link_world[:, :3, 3], rtol=0, atol=1e-12)
+    assert torch.equal(seen[:, 3:], q[:, 10:])
+
+
+def test_spatial_kci_depends_on_the_first_four_joints_through_the_origin_alone():
+    """The reason for carriers: another place and roll with the same view have the same KCI."""
+    chain = dx.robots.uvms()
+    kci = dx.indices.Index("kinematic_conditioning", frame="spatial").bind(chain)
+    view = View(12, range(4, 12), carriers=chain.screws[:6])
+    q = configurations(4)
+    rolled = q.clone()
+    rolled[:, 3] += 0.7
+    rolled[:, :3] = 0
+    R_world_vehicle = Chain(chain.screws[:6], torch.eye(4)).forward(rolled[:, :6])[:, :3, :3]
+    rolled[:, :3] = -(R_world_vehicle @ view(q)[:, :3, None])[..., 0]
+    assert_close(view(rolled), view(q), rtol=0, atol=1e-12)
+    assert_close(kci(rolled), kci(q), rtol=1e-9, atol=0)
+
+
+def test_views_keep_batch_axes(batch_shape):
+    q = configurations(math.prod(batch_shape)).reshape(*batch_shape, 12)
+    view = View(12, [4, 5], carriers=dx.robots.uvms().screws[:6])
+    assert view(q).shape == (*batch_shape, 5)
+
+
+def test_views_are_differentiable():
+    view = View(12, [0, 11], carriers=dx.robots.uvms().screws[:6])
+    q = configurations(2).requires_grad_()
+    assert torch.autograd.gradcheck(view, q)
+
+
+@pytest.mark.parametrize(
+    ("joints", "inputs", "carriers", "message"),
+    [
+        (3, [], (), "inputs is"),
+        (3, [1, 0], (), "rising order"),
+        (3, [0, 0], (), "rising order"),
+        (3, [0, 3], (), "from 0 to 2"),
+        (3, [-1], (), "from 0 to 2"),
+        (1, [0], np.zeros((2, 6)), "carriers has 2 screws"),
+        (3, [0], np.full((1, 6), math.nan), "finite"),
+    ],
+)
+def test_bad_views(joints, inputs, carriers, message):
+    with pytest.raises(ValueError, match=message):
+        View(joints, inputs, carriers)
+
+
+@pytest.mark.parametrize("q", [0.0, [1.0, 2.0], [[1.0, 2.0, math.nan]]])
+def test_bad_configurations(q):
+    view = View(3, [0])
+    with pytest.raises(ValueError, match=r"q has shape|finite"):
+        view(q)
+
+
+def test_networks_say_what_they_see():
+    q = configurations(10)
+    view = View(12, [3, 7])
+    network = FeedForward.untrained(view, 4, q, q[:, 3], torch.Generator().manual_seed(0))
+    assert (network.joints, network.inputs, network.neurons) == (12, (3, 7), 4)
+    with pytest.raises(ValueError, match="12 joints"):
+        network(q[:, :5])
+
+
+def test_arrays_are_checked_and_copied():
+    given_array = np.ones(3, dtype=np.float32)
+    array = checked({"a": given_array}, {"a": (3,)})["a"]
+    given_array[0] = 5
+    assert array.dtype == torch.float64
+    assert array[0] == 1
+    for arrays, message in [
+        ({}, r"\['a'\] are needed"),
+        ({"a": [1.0] * 3, "b": 1.0}, "there are arrays"),
+        ({"a": [1.0, 2.0]}, r"a has shape \(2,\)"),
+        ({"a": [1.0, 2.0, math.inf]}, "a .*finite"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            checked(arrays, {"a": (3,)})
+
+
+def test_the_origin_of_a_chain_that_does_not_move_is_its_own():
+    view = View(2, [0], carriers=[[0.0, 0, 0, 0, 0, 1.0]])
+    assert torch.equal(view([[0.3, 0.0]]), torch.tensor([[0.0, 0, 0, 0.3]], dtype=torch.float64))
+    assert spatial.to_float64(view.carriers, "carriers").shape == (1, 6)
