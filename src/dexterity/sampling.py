@@ -48,7 +48,7 @@ __all__ = [
 ]
 
 Method: TypeAlias = Literal["grid", "sobol", "uniform"]
-"""How training sets are drawn: on the grid, from a scrambled Sobol sequence, or uniformly."""
+"""How training sets are drawn, on the grid, from a scrambled Sobol sequence, or uniformly."""
 
 
 @runtime_checkable
@@ -401,7 +401,7 @@ def uvms_space(
 def relevant_joints(chain: Chain, index: Index) -> tuple[int, ...]:
     """Joints that an index depends on, counted from 0: the inputs of paper A's Eqs. 11 and 12.
 
-    They are found by deriving the index; see :attr:`dexterity.derivation.Derivation.matters`.
+    They are found by deriving the index; see ``matters`` of :class:`dexterity.derivation.Derivation`.
 
     Raises
     ------

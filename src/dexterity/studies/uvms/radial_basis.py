@@ -80,7 +80,7 @@ LEVELS = (0.05, 0.02, 0.01, 0.005)
 """Testing errors for which the neurons that they take are looked up; the second is the paper's E."""
 
 TOLERANCE = Tolerance(rtol=1e-4, atol=1e-8)
-"""What a probe may miss by: the least-squares problems are badly conditioned."""
+"""What a probe may miss by, since the least-squares problems are badly conditioned."""
 
 _PASS = LEVELS.index(0.02)
 _NEAR = LEVELS.index(0.05)

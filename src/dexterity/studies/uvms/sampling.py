@@ -69,7 +69,7 @@ INDICES: Mapping[str, Index] = {"w": Index("manipulability"), "KCI": Index("kine
 """The two indices of the paper, with unit limits, in the spatial frame."""
 
 TOLERANCE = Tolerance(rtol=1e-3, atol=1e-6)
-"""What a probe may miss by: a training carries rounding errors on and makes them larger."""
+"""What a probe may miss by, since a training carries rounding errors on and makes them larger."""
 
 METHODS: tuple[Method, ...] = ("grid", "sobol", "uniform")
 """Ways to draw a training set."""
