@@ -24,7 +24,8 @@ class RadialBasis(Network):
     r"""Gaussian bells of one width about centres, weighted and summed.
 
     With s the input scale and σ the spread,
-    :math:`f(x) = c + \sum_j v_j \exp(-(0.833\,‖s x - c_j‖ / σ)^2)`.
+
+    .. math:: f(x) = c + \sum_j v_j \exp(-(0.833\,\lVert s x - c_j \rVert / \sigma)^2).
 
     Attributes
     ----------
