@@ -358,11 +358,7 @@ class Chain:
 
     def _in_pieces(self, q: TensorLike, work: Callable[[Tensor], Tensor]) -> Tensor:
         """Check `q`, hand it to `work` as (n, at most _PIECE) columns, and restore the batch axes."""
-        q = spatial.to_float64(q, "q")
-        if q.shape[-1:] != (self.joints,):
-            raise ValueError(
-                f"q has shape {tuple(q.shape)}; the chain has {self.joints} joints: (..., {self.joints})"
-            )
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "chain")
         result = torch.cat([work(piece.T) for piece in q.reshape(-1, self.joints).split(_PIECE)])
         return result.reshape(*q.shape[:-1], *result.shape[1:])
 

@@ -197,14 +197,14 @@ class Box:
 
     def to_unit(self, q: TensorLike) -> Float64[Tensor, "*batch m"]:
         """Return the coordinates of configurations; see :meth:`Space.to_unit`."""
-        q = _configurations(q, self.joints)
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "space")
         placement = self._placement(q.device)
         lower, upper = (placement @ q.new_tensor(limits) for limits in (self.lower, self.upper))
         return (q @ placement.mT - lower) / (upper - lower)
 
     def contains(self, q: TensorLike) -> Bool[Tensor, "*batch"]:
         """Tell which configurations lie inside; see :meth:`Space.contains`."""
-        q = _configurations(q, self.joints)
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "space")
         is_held = q.new_tensor(self.lower) == q.new_tensor(self.upper)
         is_displaced = is_held & ((q - q.new_tensor(self.lower)).abs() > _ROUNDING)
         return ~(is_displaced.any(-1) | _leaves_cube(self.to_unit(q)).any(-1))
@@ -322,7 +322,7 @@ class TaskSector:
         return Box(lower + self.rest.lower, upper + self.rest.upper, levels)
 
     def _to_coordinates(self, q: TensorLike) -> Tensor:
-        q = _configurations(q, self.joints)
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "space")
         rest = q[..., 3:]
         to_task = q.new_tensor(self.task_point) - (q[..., :3] + self._offset(rest))
         x, y, z = to_task.unbind(-1)
@@ -638,13 +638,6 @@ def _levels_of_steps(half_range_deg: float, step_deg: float) -> int:
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
         raise ValueError(f"step_deg is {step_deg}; steps that fill {2 * half_range_deg}° are needed")
     return round(steps) + 1
-
-
-def _configurations(q: TensorLike, joints: int) -> Tensor:
-    q = spatial.to_float64(q, "q")
-    if q.ndim == 0 or q.shape[-1] != joints:
-        raise ValueError(f"q has shape {tuple(q.shape)}; the space has {joints} joints: (..., {joints})")
-    return q
 
 
 def _in_cube(u: TensorLike, dimensions: int) -> Tensor:

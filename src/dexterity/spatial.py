@@ -27,6 +27,7 @@ __all__ = [
     "inverse_adjoint",
     "log",
     "pose",
+    "require_joints",
     "require_rigid",
     "to_extended_float64",
     "to_float64",
@@ -74,6 +75,28 @@ def to_extended_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
     if tensor.isnan().any():
         raise ValueError(f"{name} holds NaN")
     return tensor
+
+
+def require_joints(q: Tensor, joints: int, owner: str) -> Float64[Tensor, "*batch n"]:
+    """Return joint values as they are if their last axis is the number of joints.
+
+    Parameters
+    ----------
+    q
+        (..., n) joint values, [rad] or [m].
+    joints
+        Number of joints n.
+    owner
+        Whose joints they are, such as ``"chain"``; used in the error.
+
+    Raises
+    ------
+    ValueError
+        If the last axis is not the number of joints.
+    """
+    if q.shape[-1:] != (joints,):
+        raise ValueError(f"q has shape {tuple(q.shape)}; the {owner} has {joints} joints: (..., {joints})")
+    return q
 
 
 def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*batch 4 4"]:

@@ -150,10 +150,7 @@ class CompiledIndex:
         # The engines refuse what is not finite; a look at it here would cost more than one index in C.
         if not (isinstance(q, Tensor) and q.dtype is torch.float64):
             q = spatial.to_float64(q, "q")
-        n = self._chain.joints
-        if q.ndim == 0 or q.shape[-1] != n:
-            raise ValueError(f"q has shape {tuple(q.shape)}; the chain has {n} joints: (..., {n})")
-        return q
+        return spatial.require_joints(q, self._chain.joints, "chain")
 
 
 class _Differentiable(torch.autograd.Function):
@@ -196,10 +193,7 @@ class _InC:
         self._gradient_batch = RowFunction(library, f"{name}_gradient_batch", chain.joints, results=2)
 
     def values(self, q: Tensor) -> Tensor:
-        rows = plain_memory(q)
-        values = rows.new_empty(q.shape[:-1])
-        self._batch(rows, values.data_ptr())
-        return values if q.is_cpu else values.to(q.device)
+        return self._batch.values(q)
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
         rows = plain_memory(q)

@@ -15,6 +15,7 @@ import dexterity as dx
 from dexterity import sampling
 from dexterity.indices import Index
 from dexterity.networks import levenberg_marquardt as trainer
+from dexterity.networks import normal_equations
 from dexterity.networks.feed_forward import FeedForward, target_of
 from dexterity.networks.levenberg_marquardt import Options, Stop, levenberg_marquardt
 from dexterity.networks.network import View
@@ -168,7 +169,7 @@ def test_pieces_of_rows_and_of_networks_change_nothing(monkeypatch):
     q, y = rows(2000)
     networks = [network(q, y, seed=seed) for seed in range(4)]
     whole = levenberg_marquardt(networks, q, y, Options(epochs=6))
-    monkeypatch.setattr(trainer, "_numbers_at_once", lambda weights: 2**14)
+    monkeypatch.setattr(normal_equations, "_numbers_at_once", lambda weights: 2**14)
     for one, other in zip(whole, levenberg_marquardt(networks, q, y, Options(epochs=6)), strict=True):
         np.testing.assert_allclose(one.history, other.history, rtol=1e-9)
 

@@ -116,6 +116,19 @@ class RowFunction:
         if error:
             raise RuntimeError(f"the compiled function returned error {error}")
 
+    def values(self, q: Tensor) -> Tensor:
+        """Values (...) of joint values (..., n), where they are, by a function with one result a row.
+
+        Raises
+        ------
+        ValueError
+            If a row holds a NaN or an infinity.
+        """
+        rows = plain_memory(q)
+        values = rows.new_empty(q.shape[:-1])
+        self(rows, values.data_ptr())
+        return values if q.is_cpu else values.to(q.device)
+
 
 def plain_memory(q: Tensor) -> Tensor:
     """Return a tensor that lies on the CPU in its order and without gaps; itself if it does already."""

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
 from functools import cache
-from typing import Any, Literal, TypeAlias, cast, get_args
+from typing import Any, cast, get_args
 
 import joblib
 import numpy as np
@@ -21,13 +21,13 @@ import torch
 from tqdm import tqdm
 
 from dexterity import spatial, store
-from dexterity.networks import feed_forward, levenberg_marquardt
+from dexterity.networks import feed_forward, levenberg_marquardt, normal_equations
 from dexterity.networks import network as network_module
 from dexterity.networks import problem as problem_module
 from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
 from dexterity.networks.growth import RadialBasisOptions
 from dexterity.networks.levenberg_marquardt import Damping, Options, Stop, Training
-from dexterity.networks.problem import DesignProblem, largest_relative_error
+from dexterity.networks.problem import DesignProblem, Sweep, largest_relative_error
 from dexterity.networks.radial_basis_design import RadialBasisDesign, design_radial_basis
 from dexterity.networks.threads import one_thread
 from dexterity.networks.trials import TrialStore, source_key
@@ -38,15 +38,11 @@ __all__ = [
     "FeedForwardOptions",
     "RadialBasisDesign",
     "RadialBasisOptions",
-    "Sweep",
     "Trial",
     "design_all",
     "design_feed_forward",
     "design_radial_basis",
 ]
-
-Sweep: TypeAlias = Literal["first", "all"]
-"""Whether a design ends at the first size that passes, as printed, or goes through all of them."""
 
 
 @dataclass(frozen=True)
@@ -431,7 +427,8 @@ def _trial(problem: DesignProblem, training: Training, restart: int, seed: int, 
 @cache
 def _source() -> str:
     own = sys.modules[__name__]
-    return source_key([own, feed_forward, levenberg_marquardt, network_module, problem_module, spatial])
+    modules = [feed_forward, levenberg_marquardt, normal_equations, network_module, problem_module, spatial]
+    return source_key([own, *modules])
 
 
 def _to_record(size: _Size) -> dict[str, Any]:

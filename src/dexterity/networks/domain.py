@@ -125,14 +125,8 @@ class Guarded:
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        return self.space.contains(self._without_free(self._configurations(q)))
-
-    def _configurations(self, q: TensorLike) -> Tensor:
-        q = spatial.to_float64(q, "q")
-        if q.ndim == 0 or q.shape[-1] != self.space.joints:
-            n = self.space.joints
-            raise ValueError(f"q has shape {tuple(q.shape)}; the space has {n} joints: (..., {n})")
-        return q
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.space.joints, "space")
+        return self.space.contains(self._without_free(q))
 
     def _without_free(self, q: Tensor) -> Tensor:
         """Put joints that are free where the space holds them."""

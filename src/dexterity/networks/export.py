@@ -20,7 +20,7 @@ from dexterity import spatial
 from dexterity.codegen.c99 import NOT_FINITE, commented, loop, power_of_two, sine_cosine
 from dexterity.codegen.heading import printable
 from dexterity.codegen.javascript import assembled, function
-from dexterity.codegen.library import RowFunction, compiled_library, plain_memory
+from dexterity.codegen.library import RowFunction, compiled_library
 from dexterity.codegen.printing import template
 from dexterity.networks.folding import (
     EXPONENTIAL,
@@ -78,13 +78,7 @@ class CompiledNetwork:
         # The file refuses what is not finite; a look at it here would cost more than one configuration.
         if not (isinstance(q, Tensor) and q.dtype is torch.float64):
             q = spatial.to_float64(q, "q")
-        n = self._joints
-        if q.ndim == 0 or q.shape[-1] != n:
-            raise ValueError(f"q has shape {tuple(q.shape)}; the chain has {n} joints: (..., {n})")
-        rows = plain_memory(q)
-        values = rows.new_empty(q.shape[:-1])
-        self._batch(rows, values.data_ptr())
-        return values if q.is_cpu else values.to(q.device)
+        return self._batch.values(spatial.require_joints(q, self._joints, "chain"))
 
 
 def compile_network(network: Network) -> CompiledNetwork:

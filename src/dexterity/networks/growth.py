@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Literal, TypeAlias, get_args
+from typing import get_args
 
 import torch
 from jaxtyping import Float64
@@ -18,15 +18,12 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.networks.network import View
-from dexterity.networks.problem import DesignProblem
+from dexterity.networks.problem import DesignProblem, Sweep
 from dexterity.networks.radial_basis import RadialBasis, bells
 from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
 
-__all__ = ["Growth", "RadialBasisOptions", "Stop", "Sweep", "fit", "grow"]
-
-Sweep: TypeAlias = Literal["first", "all"]
-"""Whether a design ends at the first spread that passes, as printed, or goes through all of them."""
+__all__ = ["Growth", "RadialBasisOptions", "Stop", "fit", "grow"]
 
 
 @dataclass(frozen=True)

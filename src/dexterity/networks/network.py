@@ -71,11 +71,7 @@ class View(torch.nn.Module):
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        q = spatial.to_float64(q, "q")
-        if q.ndim == 0 or q.shape[-1] != self.joints:
-            raise ValueError(
-                f"q has shape {tuple(q.shape)}; the chain has {self.joints} joints: (..., {self.joints})"
-            )
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "chain")
         seen = q[..., list(self.inputs)]
         return torch.cat([self._origin(q), seen], dim=-1) if len(self.carriers) else seen
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal, TypeAlias
 
 import torch
 from torch import Tensor
@@ -13,7 +14,10 @@ from dexterity import store
 from dexterity.networks.network import View
 from dexterity.sampling import DataSet, DataSets
 
-__all__ = ["DesignProblem", "largest_relative_error"]
+__all__ = ["DesignProblem", "Sweep", "largest_relative_error"]
+
+Sweep: TypeAlias = Literal["first", "all"]
+"""Whether a design ends at the first size or spread that passes, as printed, or goes through all of them."""
 
 
 @dataclass(frozen=True)

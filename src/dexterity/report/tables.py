@@ -17,7 +17,7 @@ def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
     data
         The table; a series is one column under its name. A plain range as index is left out.
     form
-        How its floats are written.
+        How its floats are written; one that is not a number is a dash.
 
     Notes
     -----
@@ -25,5 +25,5 @@ def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
     """
     frame = data.to_frame() if isinstance(data, pd.Series) else data
     named = not isinstance(frame.index, pd.RangeIndex)
-    written = frame.to_html(float_format=form.format, index=named, border=0, justify="start")
+    written = frame.to_html(float_format=form.format, na_rep="–", index=named, border=0, justify="start")
     return Markup(element("div", written, css_class="table-scroll"))

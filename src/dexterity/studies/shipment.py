@@ -16,7 +16,7 @@ from typing import Any
 
 from dexterity import operations, robots, sampling, store, symbolic
 from dexterity.indices import Index
-from dexterity.networks import feed_forward, files, levenberg_marquardt
+from dexterity.networks import feed_forward, files, levenberg_marquardt, normal_equations
 from dexterity.networks.export import compile_network
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.growth import RadialBasisOptions, grow
@@ -202,7 +202,7 @@ def _candidate(plan: FeedForwardPlan, view: View, index: Function, space: Space,
         plan.carriers,
         plan.recipe,
         seed,
-        source_key([feed_forward, levenberg_marquardt]),
+        source_key([feed_forward, levenberg_marquardt, normal_equations]),
     )
     network = trials.get(key)
     if network is None:

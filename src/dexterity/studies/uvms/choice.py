@@ -700,16 +700,16 @@ def _joined_systems(each: Sequence[Elsewhere]) -> Elsewhere:
 
 
 def research_table(result: Result) -> dict[str, dict[str, float]]:
-    """By way of training, medians over the seeds and the range of the worst cases [%]."""
+    """Errors [%] by way of training: medians over the seeds, and the range of what ascent finds."""
     return {
         name: {
             "neurons": tried.neurons,
             "rows": tried.rows,
-            "99.9 % below [%]": 100 * float(np.median(tried.most)),
-            "largest sampled [%]": 100 * float(np.median(tried.sampled)),
-            "worst by ascent [%]": 100 * float(np.median(tried.worst)),
-            "least of the seeds [%]": 100 * min(tried.worst),
-            "greatest [%]": 100 * max(tried.worst),
+            "99.9 % below": 100 * float(np.median(tried.most)),
+            "largest sampled": 100 * float(np.median(tried.sampled)),
+            "by ascent": 100 * float(np.median(tried.worst)),
+            "least": 100 * min(tried.worst),
+            "greatest": 100 * max(tried.worst),
         }
         for name, tried in result.research.items()
     }
@@ -719,29 +719,29 @@ def judged_table(result: Result, name: str) -> dict[str, dict[str, float]]:
     """Errors [%] of baselines and shipped networks for w or KCI."""
     return {
         what: {
-            "median [%]": 100 * judged.median,
-            "99 % below [%]": 100 * judged.most,
-            "largest sampled [%]": 100 * judged.sampled,
-            "worst by ascent [%]": math.nan if judged.worst is None else 100 * judged.worst,
+            "median": 100 * judged.median,
+            "99 % below": 100 * judged.most,
+            "largest sampled": 100 * judged.sampled,
+            "by ascent": math.nan if judged.worst is None else 100 * judged.worst,
         }
         for what, judged in result.judged[name].items()
     }
 
 
 def selection_table(result: Result) -> list[dict[str, float]]:
-    """One row for each limit of the design loop."""
+    """One row for each limit of the design loop; errors [%] are medians of the networks that pass."""
     return [
         {
             "E [%]": 100 * one.limit,
             "neurons": one.neurons,
             "networks": one.trained,
             "pass": one.accepted,
-            "of these break E": one.broken,
-            "would pass another test": one.expected,
-            "testing error [%]": 100 * one.testing,
-            "elsewhere on the grid [%]": 100 * one.fresh,
-            "between [%]": 100 * one.between,
-            "by ascent [%]": 100 * one.worst,
+            "break E": one.broken,
+            "pass again": one.expected,
+            "test": 100 * one.testing,
+            "grid": 100 * one.fresh,
+            "between": 100 * one.between,
+            "by ascent": 100 * one.worst,
         }
         for one in result.selection
     ]
