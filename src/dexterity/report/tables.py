@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import pandas as pd
 
 from dexterity.report.markup import Markup, element
 
 __all__ = ["show"]
+
+_RANGE = re.compile(r"\([^\s()<]+–[^\s()<]+\)")
+"""A range in brackets, which is not to be broken at its dash."""
 
 
 def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
@@ -26,4 +31,5 @@ def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
     frame = data.to_frame() if isinstance(data, pd.Series) else data
     named = not isinstance(frame.index, pd.RangeIndex)
     written = frame.to_html(float_format=form.format, na_rep="–", index=named, border=0, justify="start")
-    return Markup(element("div", written, css_class="table-scroll"))
+    unbroken = _RANGE.sub(r'<span class="range">\g<0></span>', written)
+    return Markup(element("div", unbroken, css_class="table-scroll"))

@@ -44,6 +44,7 @@ from dexterity.networks.problem import DesignProblem, largest_relative_error
 from dexterity.networks.trials import TrialStore
 from dexterity.report import timing
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
+from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
 from dexterity.report.timing import Timing, Way
 from dexterity.sampling import DataSet, DataSets, TaskSector
@@ -725,19 +726,13 @@ def _smallest(curve: Curve, limit: float) -> list[float]:
 
 
 def _percent(errors: Sequence[float] | NDArray[np.float64]) -> str:
-    """Median of errors in per cent, and their range where there are several."""
-    low, middle, high = (100 * x for x in (min(errors), float(np.median(errors)), max(errors)))
-    return f"{middle:.3g}" if len(errors) == 1 else f"{middle:.3g} ({low:.3g}–{high:.3g})"
+    """Median of errors in per cent, with their range."""
+    return with_range(100 * np.asarray(errors), "{:.3g}".format)
 
 
 def _range_of(neurons: Sequence[float]) -> str:
-    """Median of numbers of neurons, and their range where they differ."""
-    middle, low, high = (_neurons(x) for x in (float(np.median(neurons)), min(neurons), max(neurons)))
-    return middle if low == high else f"{middle} ({low}–{high})"
-
-
-def _neurons(number: float) -> str:
-    return "none" if np.isinf(number) else f"{number:g}"
+    """Median of numbers of neurons, with their range."""
+    return with_range(neurons, lambda number: "none" if np.isinf(number) else f"{number:g}")
 
 
 # ---- verdicts --------------------------------------------------------------------------------------
@@ -772,10 +767,11 @@ def _on_formulas(result: Result) -> tuple[Verdict, ...]:
     }
     exact = (
         _verdict(
-            claim, Outcome.of(result.deviations[what] <= _TEN_DIGITS),
-            f"within {result.deviations[what]:.0e}", "", sentence,
+            claim, Outcome.of(deviation <= _TEN_DIGITS),
+            f"within {deviation:.0e}" if deviation else "to the bit", "", sentence,
         )
         for claim, (what, sentence) in formulas.items()
+        for deviation in [result.deviations[what]]
     )  # fmt: skip
     limits = [result.deviations[f"step {way}"] for way in ("of Gauss and Newton", "down the gradient")]
     return (

@@ -48,6 +48,7 @@ from dexterity.networks.radial_basis_design import GrowthRun, design_radial_basi
 from dexterity.networks.threads import one_thread
 from dexterity.networks.trials import TrialStore
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
+from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
 from dexterity.sampling import Box, DataSet, DataSets, Space
 
@@ -643,7 +644,9 @@ def spread_table(curves: Curves) -> dict[str, dict[str, str]]:
 def needed_table(curves: Curves) -> dict[str, dict[str, str]]:
     """Fewest neurons to each level of testing error, over all seeds, by spread."""
     return {
-        f"{spread:g}": {f"{level:.1%}": _range_of(curves.needed[:, p, i]) for i, level in enumerate(LEVELS)}
+        f"{spread:g}": {
+            f"{100 * level:g} %": _range_of(curves.needed[:, p, i]) for i, level in enumerate(LEVELS)
+        }
         for p, spread in enumerate(curves.spreads)
     }
 
@@ -654,10 +657,10 @@ def variation_table(result: Result) -> dict[str, dict[str, str]]:
     for name, loops in {"as printed": result.loop, **result.variations}.items():
         rows[name] = {
             "passes": f"{sum(loops.success)} of {len(loops.success)}",
-            "spread": _span(loops.spreads, "{:g}"),
-            "neurons": _span(loops.neurons, "{:d}"),
-            "testing error": _span(loops.testing_errors, "{:.2%}"),
-            "on fresh points": _span(loops.fresh, "{:.2%}"),
+            "spread": with_range(loops.spreads, "{:g}".format),
+            "neurons": with_range(loops.neurons, "{:g}".format),
+            "testing error": with_range(loops.testing_errors, "{:.2%}".format),
+            "on fresh points": with_range(loops.fresh, "{:.2%}".format),
         }
     return rows
 
@@ -667,14 +670,14 @@ def pruning_table(result: Result) -> dict[str, dict[str, str]]:
     groups: dict[str, list[Pruned]] = {}
     for row in result.pruned:
         if row.errors[0] < row.limit:
-            at = "" if row.end == "the printed loop" else f", spread {row.spread:g}"
-            groups.setdefault(f"{row.index} to {row.limit:.0%}, grown to {row.end}{at}", []).append(row)
+            grown = "by" if row.end == "the printed loop" else f"at spread {row.spread:g} to"
+            groups.setdefault(f"{row.index} to {row.limit:.0%}, grown {grown} {row.end}", []).append(row)
     return {
         name: {
-            "neurons": _span([row.before for row in rows], "{:d}"),
-            "pruned": _span([row.after for row in rows], "{:d}"),
-            "on fresh points": _span([row.fresh_before for row in rows], "{:.2%}"),
-            "pruned, on fresh points": _span([row.fresh_after for row in rows], "{:.2%}"),
+            "neurons": with_range([row.before for row in rows], "{:g}".format),
+            "pruned": with_range([row.after for row in rows], "{:g}".format),
+            "on fresh points": with_range([row.fresh_before for row in rows], "{:.2%}".format),
+            "pruned, on fresh points": with_range([row.fresh_after for row in rows], "{:.2%}".format),
         }
         for name, rows in groups.items()
     }
@@ -683,16 +686,16 @@ def pruning_table(result: Result) -> dict[str, dict[str, str]]:
 def comparison_table(result: Result) -> dict[str, dict[str, str]]:
     """Fewest neurons of both kinds of networks for w to each level, and their errors for KCI."""
     rows = {
-        f"w, neurons to {level:.1%}": {
-            "radial basis": _span(ours, "{:d}"),
-            "feed-forward": _span(theirs, "{:d}"),
+        f"w, neurons to {100 * level:g} %": {
+            "radial basis": with_range(ours, "{:g}".format),
+            "feed-forward": with_range(theirs, "{:g}".format),
         }
         for level, (ours, theirs) in _both_needed(result).items()
     }
     kci = result.curves["KCI"]
     rows["KCI, testing error"] = {
-        "radial basis": f"{_span(kci.smallest.min(1), '{:.1%}')} ({kci.sizes[-1]} neurons)",
-        "feed-forward": f"{_span(result.feed_forward['KCI'][:, -1], '{:.1%}')} "
+        "radial basis": f"{with_range(kci.smallest.min(1), '{:.1%}'.format)} ({kci.sizes[-1]} neurons)",
+        "feed-forward": f"{with_range(result.feed_forward['KCI'][:, -1], '{:.1%}'.format)} "
         f"({_value('feed-forward-kci-neurons'):.0f} neurons)",
     }
     return rows
@@ -728,18 +731,8 @@ def _range_of(counts: NDArray[np.int64]) -> str:
     reached = counts[counts > 0]
     if not len(reached):
         return "none"
-    told = _span(reached, "{:d}")
+    told = with_range(reached, "{:g}".format)
     return told if len(reached) == len(counts) else f"{told} ({len(reached)} of {len(counts)})"
-
-
-def _span(values: Sequence[float] | NDArray[np.generic], form: str) -> str:
-    """Median with the smallest and the largest value."""
-    ordered = np.sort(np.asarray(values))
-    median = ordered[(len(ordered) - 1) // 2].item()
-    told = form.format(median)
-    if len(ordered) == 1:
-        return told
-    return f"{told} ({form.format(ordered[0].item())} to {form.format(ordered[-1].item())})"
 
 
 # ---- verdicts --------------------------------------------------------------------------------------
@@ -830,7 +823,7 @@ def _on_the_loop(result: Result) -> tuple[Verdict, ...]:
     return (
         _verdict(
             "radial-basis-design-loop", outcome,
-            f"w: {_span(loop.neurons, '{:d}')} neurons; "
+            f"w: {with_range(loop.neurons, '{:g}'.format)} neurons; "
             f"KCI: {_named(passes['KCI'], 'passes', 'does not pass')}",
             f"w {_over(loop.neurons)}; KCI {_over(kci_error)}",
             "It ends at the first spread that passes and not at the best: over all spreads "
@@ -840,22 +833,23 @@ def _on_the_loop(result: Result) -> tuple[Verdict, ...]:
         ),
         _verdict(
             "radial-basis-w-neurons", _outcome_of_number("radial-basis-w-neurons", loop.neurons),
-            f"{_span(loop.neurons, '{:d}')} neurons", _over(loop.neurons),
+            f"{with_range(loop.neurons, '{:g}'.format)} neurons", _over(loop.neurons),
             "Where the printed loop ends, which hangs on the first spread, the step, and on luck "
             "at the narrowest spread that passes. The smallest network over all spreads has "
-            f"{_span(_smallest_passing(result), '{:d}')}.",
+            f"{with_range(_smallest_passing(result), '{:g}'.format)}.",
         ),
         _verdict(
             "radial-basis-w-error",
             Outcome.of(_most([error < _value("radial-basis-w-error") for error in loop.testing_errors])),
-            _span(loop.testing_errors, "{:.2%}"), _over(loop.neurons),
-            f"The loop stops when this holds; on fresh points it is {_span(loop.fresh, '{:.2%}')}. With more "
-            f"neurons {np.median(result.curves['w'].smallest.min(1)):.2%} is reached.",
+            with_range(loop.testing_errors, "{:.2%}".format), _over(loop.neurons),
+            "The loop stops when this holds; on fresh points it is "
+            f"{with_range(loop.fresh, '{:.2%}'.format)}. With more neurons "
+            f"{np.median(result.curves['w'].smallest.min(1)):.2%} is reached.",
         ),
         _verdict(
             "radial-basis-kci-error",
             Outcome.of(_most([error < _value("radial-basis-kci-error") for error in kci_error])),
-            _span(kci_error, "{:.1%}"), _over(kci_error),
+            with_range(kci_error, "{:.1%}".format), _over(kci_error),
             f"The smallest testing error of all sizes up to {kci.sizes[-1]} neurons and all spreads. KCI has "
             "kinks where the two smallest singular values meet, which smooth bells round off.",
         ),
@@ -880,7 +874,7 @@ def _on_spreads(result: Result) -> tuple[Verdict, ...]:
         _verdict(
             "radial-basis-kci-spread",
             _outcome_of_number("radial-basis-kci-spread", best["KCI"]) if passes else Outcome.NOT_REPRODUCED,
-            _span(best["KCI"], "{:g}"), _over(best['KCI']),
+            with_range(best["KCI"], "{:g}".format), _over(best['KCI']),
             "Of the smallest network that passes." if passes else
             f"Of the smallest testing error, {np.median(kci.smallest.min(1)):.1%}; no spread passes. At the "
             f"widest spread it is {np.median(kci.smallest[:, -1]):.1%}.",
@@ -901,12 +895,12 @@ def _on_spreads(result: Result) -> tuple[Verdict, ...]:
         ),
         _verdict(
             "near-misses-start-at-spread", _outcome_of_number("near-misses-start-at-spread", starts),
-            _span(starts, "{:g}"), _over(starts),
+            with_range(starts, "{:g}".format), _over(starts),
             "Smallest of the spreads tried at which some network is below five per cent.",
         ),
         _verdict(
             "near-misses-error", Outcome.of(_most([error < _value("near-misses-error") for error in near])),
-            _span(near, "{:.1%}"), _over(near), "Smallest testing error at spreads above 1.5.",
+            with_range(near, "{:.1%}".format), _over(near), "Smallest testing error at spreads above 1.5.",
         ),
         _verdict(
             "neuron-limit-blocks-near-misses",
@@ -929,7 +923,7 @@ def _on_sizes(result: Result) -> tuple[Verdict, ...]:
         _verdict(
             "radial-basis-larger-than-feed-forward",
             _outcome_of_all(more),
-            "; ".join(f"{level:.1%}: {_median_of(own)} against {_median_of(other)}"
+            "; ".join(f"{100 * level:g} %: {_median_of(own)} against {_median_of(other)}"
                       for level, (own, other) in both.items()),
             "neurons for w, medians",
             f"For KCI {result.curves['KCI'].sizes[-1]} bells have {rbf:.1%}, "

@@ -35,6 +35,7 @@ from dexterity.networks.feed_forward import FeedForward, Readout
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
+from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
 from dexterity.sampling import Box, DataSet, DataSets, Method, Space, TaskSector
 
@@ -553,10 +554,10 @@ def error_table(groups: Mapping[str, Sequence[Trained]]) -> list[dict[str, str |
 
 def extension_table(extensions: Sequence[Extension], unit: str) -> list[dict[str, str | int]]:
     """Errors of the networks for spaces whose half width has this unit, with the range of the index there."""
-    groups = {
-        f"±{own.half_width:g}{unit}: {own.lowest:.3g} to {own.highest:.3g}": own.trained for own in extensions
-    }
-    return error_table(groups)
+    groups = {f"±{own.half_width:g}{unit}": own.trained for own in extensions}
+    values = [f"{own.lowest:.3g}–{own.highest:.3g}" for own in extensions for _ in own.trained]
+    rows = zip(error_table(groups), values, strict=True)
+    return [{"": row[""], "values": told, **row} for row, told in rows]
 
 
 # ---- verdicts --------------------------------------------------------------------------------------
@@ -701,9 +702,8 @@ def _median(values: Sequence[float]) -> float:
 
 
 def _percent(errors: Sequence[float]) -> str:
-    """Median in per cent, with the range where there are several."""
-    median, lowest, highest = (_short(100 * f(errors)) for f in (np.median, np.min, np.max))
-    return f"{median} ({lowest} to {highest})" if len(errors) > 1 else median
+    """Median of errors in per cent, with their range."""
+    return with_range(100 * np.asarray(errors), _short)
 
 
 def _short(number: float) -> str:
