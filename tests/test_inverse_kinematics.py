@@ -1,0 +1,370 @@
+"""Subproblems against their statement, branches against forward kinematics and where the pose came from."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from torch.testing import assert_close
+
+import dexterity as dx
+from dexterity import inverse_kinematics, spatial
+from dexterity.inverse_kinematics import (
+    copies_within_limits,
+    nearest_copy,
+    spherical_wrist,
+    subproblem_1,
+    subproblem_2,
+    subproblem_3,
+    subproblem_4,
+)
+
+POSES = 20_000
+NAMED = ["stated", "fitted", "PUMA"]
+
+
+def screw(point, direction) -> torch.Tensor:
+    direction = np.asarray(direction) / np.linalg.norm(direction)
+    return torch.tensor(np.concatenate([np.cross(point, direction), direction]))
+
+
+def arm_of(points, directions, wrist) -> dx.Chain:
+    """Arm with its first three axes through points, and the other three through the wrist's centre."""
+    axes = zip([*points, *[wrist] * 3], directions, strict=True)
+    return dx.Chain(torch.stack([screw(*axis) for axis in axes]), np.diag([1.0, -1.0, -1.0, 1.0]))
+
+
+def arm_with(relation: str) -> dx.Chain:
+    """Arm at random but for how its first three axes lie to each other."""
+    rng = np.random.default_rng(7)
+    points, directions = rng.normal(size=(3, 3)), rng.normal(size=(6, 3))
+    if "1 meets 2" in relation:
+        points[1] = points[0]
+    if "2 meets 3" in relation:
+        points[2] = points[1] + 0.8 * directions[1] / np.linalg.norm(directions[1])
+    if "1 parallel to 2" in relation:
+        directions[1] = directions[0]
+    if "2 parallel to 3" in relation:
+        directions[2] = -directions[1]
+    return arm_of(points, directions, rng.normal(size=3))
+
+
+ARMS = {
+    "stated": dx.robots.docking_arm(),
+    "fitted": dx.robots.docking_arm("fitted"),
+    "PUMA": dx.robots.puma560(),
+    **{
+        relation: arm_with(relation)
+        for relation in (
+            "1 meets 2", "2 meets 3", "1 parallel to 2", "2 parallel to 3", "1 meets 2, 2 meets 3",
+            "1 meets 2, 2 parallel to 3", "1 parallel to 2, 2 meets 3", "all skew",
+        )
+    },
+}  # fmt: skip
+
+every_arm = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+numbers = st.floats(-2, 2)
+points = st.tuples(numbers, numbers, numbers)
+angles = st.floats(-math.pi, math.pi)
+
+
+def generator(seed: int = 0) -> torch.Generator:
+    return torch.Generator().manual_seed(seed)
+
+
+def random_configurations(count: int, seed: int = 0) -> torch.Tensor:
+    return (2 * torch.rand(count, 6, generator=generator(seed), dtype=torch.float64) - 1) * math.pi
+
+
+def turned(axis, angle, p) -> torch.Tensor:
+    T = spatial.exp(torch.as_tensor(axis) * torch.as_tensor(angle, dtype=torch.float64)[..., None])
+    return (T[..., :3, :3] @ torch.as_tensor(p, dtype=torch.float64)[..., None])[..., 0] + T[..., :3, 3]
+
+
+def apart(a: torch.Tensor, b: torch.Tensor) -> torch.Tensor:
+    """Largest difference (...) of joint values, full turns apart."""
+    return (torch.remainder(a - b + math.pi, math.tau) - math.pi).abs().amax(-1)
+
+
+def missed(arm, q, T) -> torch.Tensor:
+    return (arm.forward(q) - T).abs().amax((-2, -1))
+
+
+# ---- subproblems -----------------------------------------------------------------------------------
+
+AXIS = screw([0.3, -0.2, 0.5], [1.0, 2.0, -0.5])
+MEETING = screw([0.3, -0.2, 0.5], [-0.3, 0.4, 1.0])
+
+
+@given(points, angles)
+def test_a_point_is_turned_onto_another(p, angle):
+    q = turned(AXIS, angle, p)
+    assert_close(turned(AXIS, subproblem_1(AXIS, p, q), p), q, rtol=0, atol=1e-12)
+
+
+def test_a_point_on_the_axis_is_turned_by_nothing():
+    on_axis = AXIS[3:] * 0.7 + torch.linalg.cross(AXIS[3:], AXIS[:3])
+    assert subproblem_1(AXIS, on_axis, [1.0, 2.0, 3.0]).item() == 0.0
+    assert subproblem_1(AXIS, [1.0, 2.0, 3.0], on_axis).item() == 0.0
+
+
+@given(points, angles, angles)
+def test_a_point_is_turned_onto_another_about_two_axes(p, alpha, beta):
+    q = turned(AXIS, alpha, turned(MEETING, beta, p))
+    for first, second in subproblem_2(AXIS, MEETING, p, q):
+        # Where the circles touch, rounding of the last digit moves the angle by its root.
+        assert_close(turned(AXIS, first, turned(MEETING, second, p)), q, rtol=0, atol=1e-7)
+
+
+def test_both_solutions_of_two_axes_are_found():
+    p = torch.tensor([1.0, 0.4, -0.3])
+    q = turned(AXIS, 0.7, turned(MEETING, -1.1, p))
+    found = subproblem_2(AXIS, MEETING, p, q)
+    assert torch.hypot(found[:, 0] - 0.7, found[:, 1] + 1.1).min() < 1e-12
+    assert (found[0] - found[1]).abs().max() > 0.1
+
+
+@pytest.mark.parametrize("second", [AXIS, -AXIS, screw([0.0, 0.0, 2.0], [-0.3, 0.4, 1.0])])
+def test_two_axes_must_meet(second):
+    with pytest.raises(ValueError, match="do not meet, or are parallel"):
+        subproblem_2(AXIS, second, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+
+@given(points, points, angles)
+def test_a_point_is_brought_to_a_distance(p, q, angle):
+    p, q = torch.tensor(p, dtype=torch.float64), torch.tensor(q, dtype=torch.float64)
+    distance = (turned(AXIS, angle, p) - q).norm()
+    for found in subproblem_3(AXIS, p, q, distance):
+        assert_close((turned(AXIS, found, p) - q).square().sum(), distance.square(), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("distance", "nearest"), [(0.0, 0.4), (5.0, 1.6)])
+def test_a_distance_out_of_reach_is_missed_by_the_least(distance, nearest):
+    z = screw([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    found = subproblem_3(z, [0.6, 0.0, 0.0], [0.0, 1.0, 0.0], distance)
+    assert_close(found[0], found[1])
+    away = (turned(z, found[0], [0.6, 0.0, 0.0]) - torch.tensor([0.0, 1.0, 0.0])).norm()
+    assert away.item() == pytest.approx(nearest, abs=1e-12)
+
+
+def test_a_distance_is_not_negative():
+    with pytest.raises(ValueError, match="distance is -1"):
+        subproblem_3(AXIS, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], -1.0)
+
+
+@given(points, points, angles)
+def test_a_point_is_brought_onto_a_plane(p, normal, angle):
+    normal = torch.tensor(normal, dtype=torch.float64)
+    offset = turned(AXIS, angle, p) @ normal
+    for found in subproblem_4(AXIS, p, normal, offset):
+        assert_close(turned(AXIS, found, p) @ normal, offset, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "axis", [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0, 0, 0, 0, 0, 2.0], [0, 0, 1.0, 0, 0, 1.0]]
+)
+def test_an_axis_is_a_revolute_screw(axis):
+    with pytest.raises(ValueError, match=r"axis is .* a revolute screw"):
+        subproblem_1(axis, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+
+def test_points_have_three_coordinates():
+    with pytest.raises(ValueError, match=r"p has shape \(2,\)"):
+        subproblem_1(AXIS, [1.0, 0.0], [0.0, 1.0, 0.0])
+    with pytest.raises(ValueError, match=r"axis has shape \(3,\)"):
+        subproblem_1(AXIS[:3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+
+# ---- arms ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_every_pose_gives_back_its_configuration(name):
+    arm = ARMS[name]
+    q = random_configurations(POSES if name in NAMED else POSES // 10)
+    T = arm.forward(q)
+    found, valid = spherical_wrist(arm, T)
+    assert found.shape == (len(q), 8, 6)
+    assert torch.isfinite(found).all()
+    assert (found.abs() <= math.pi).all()
+    assert missed(arm, found, T[:, None])[valid].max() < 1e-8
+    nearest = torch.where(valid, apart(found, q[:, None]), torch.inf).amin(-1)
+    # A pose near a singular one knows its configuration only so well.
+    assert nearest.max() < 1e-6
+    assert nearest.median() < 1e-13
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_elbow_arms_have_eight_different_branches(name):
+    arm = ARMS[name]
+    T = arm.forward(random_configurations(POSES, seed=1))
+    q, valid = spherical_wrist(arm, T)
+    assert valid.all()
+    assert missed(arm, q, T[:, None]).max() < 1e-9
+    pairs = list(itertools.combinations(range(8), 2))
+    closest = torch.stack([apart(q[:, i], q[:, j]) for i, j in pairs]).amin(0)
+    assert (closest > 1e-6).all()
+
+
+def test_branches_are_those_of_a_numerical_search():
+    """What a search from random starts converges to is among the branches, for axes all skew."""
+    arm = ARMS["all skew"]
+    T = arm.forward(random_configurations(1, seed=3)[0])
+    q, valid = spherical_wrist(arm, T)
+    searched = random_configurations(400, seed=4)
+    for _ in range(60):
+        twist = spatial.log(spatial.compose(spatial.inverse(arm.forward(searched)), T))
+        J = arm.body_jacobian(searched)
+        step = torch.linalg.solve(J.mT @ J + 1e-6 * torch.eye(6), (J.mT @ twist[..., None]))[..., 0]
+        searched = searched + step.clamp(-0.5, 0.5)
+    solutions = searched[missed(arm, searched, T) < 1e-9]
+    nearest = apart(solutions[:, None], q[valid]).amin(1)
+    assert nearest.max() < 1e-7
+    assert (apart(q[valid][:, None], solutions).amin(1) < 1e-7).all()
+
+
+@every_arm
+def test_out_of_reach_is_flagged(arm):
+    T = arm.forward(random_configurations(50))
+    T[:, :3, 3] += torch.tensor([40.0, -30.0, 50.0])
+    q, valid = spherical_wrist(arm, T)
+    assert not valid.any()
+    assert torch.isfinite(q).all()
+
+
+@every_arm
+@pytest.mark.parametrize("bend", [0.0, 1e-9, 1e-8, 1e-7, 1e-5])
+def test_a_wrist_that_is_almost_straight(arm, bend):
+    straight = math.atan2(*_straight_wrist(arm))
+    q = random_configurations(200)
+    q[:, 4] = straight + bend
+    T = arm.forward(q)
+    found, valid = spherical_wrist(arm, T)
+    assert torch.isfinite(found).all()
+    assert valid.any(-1).all()
+    assert missed(arm, found, T[:, None])[valid].max() < 1e-8
+
+
+def _straight_wrist(arm) -> tuple[float, float]:
+    """Sine and cosine of the fifth joint with the sixth axis nearest to the fourth."""
+    four, five, six = arm.screws[3:, 3:]
+    across = torch.linalg.cross(five, six)
+    return (four @ across).item(), (four @ (six - (six @ five) * five)).item()
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_stretched_arm(name):
+    arm = ARMS[name]
+    q = random_configurations(200)
+    q[:, 2] = 0.0 if name != "PUMA" else math.atan2(-0.0203, 0.4318) + math.pi / 2
+    T = arm.forward(q)
+    found, valid = spherical_wrist(arm, T)
+    assert valid.any(-1).all()
+    assert missed(arm, found, T[:, None])[valid].max() < 1e-9
+
+
+def test_the_wrist_over_the_first_axis():
+    arm = ARMS["stated"]
+    # Straight up: the first joint turns the tool about itself, and any value will do.
+    q = torch.tensor([0.4, math.pi / 2, 0.0, 0.3, 0.5, -0.2], dtype=torch.float64)
+    T = arm.forward(q)
+    found, valid = spherical_wrist(arm, T)
+    assert torch.isfinite(found).all()
+    assert valid.any()
+    assert missed(arm, found[valid], T).max() < 1e-9
+
+
+def test_batches(batch_shape):
+    arm = ARMS["fitted"]
+    q = (torch.rand(*batch_shape, 6, generator=generator(), dtype=torch.float64) - 0.5) * 2
+    found, valid = spherical_wrist(arm, arm.forward(q))
+    assert found.shape == (*batch_shape, 8, 6)
+    assert valid.shape == (*batch_shape, 8)
+    for i in np.ndindex(*batch_shape):
+        alone, _ = spherical_wrist(arm, arm.forward(q[i]))
+        assert_close(found[i], alone, rtol=0, atol=1e-12)
+
+
+def test_the_chain_must_have_a_spherical_wrist():
+    with pytest.raises(ValueError, match="six revolute ones are needed"):
+        spherical_wrist(dx.robots.uvms(), torch.eye(4, dtype=torch.float64))
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(6, 3))
+    loose = dx.Chain(torch.stack([screw(p, d) for p, d in zip(points, rng.normal(size=(6, 3)), strict=True)]),
+                     np.eye(4))  # fmt: skip
+    with pytest.raises(ValueError, match="no spherical wrist"):
+        spherical_wrist(loose, torch.eye(4, dtype=torch.float64))
+
+
+@pytest.mark.parametrize("flaw", ["one point", "parallel", "wrist on axis"])
+def test_the_arm_must_move_the_wrist_in_space(flaw):
+    rng = np.random.default_rng(2)
+    points, directions, wrist = rng.normal(size=(3, 3)), rng.normal(size=(6, 3)), rng.normal(size=3)
+    if flaw == "one point":
+        points[:] = points[0]
+    elif flaw == "parallel":
+        directions[:3] = directions[0]
+    else:
+        wrist = points[2]
+    with pytest.raises(ValueError, match="on a surface only"):
+        spherical_wrist(arm_of(points, directions, wrist), torch.eye(4, dtype=torch.float64))
+
+
+def test_a_pose_must_be_rigid():
+    with pytest.raises(ValueError, match="T_base_tool is not a rigid-body pose"):
+        spherical_wrist(ARMS["stated"], 2 * torch.eye(4, dtype=torch.float64))
+    with pytest.raises(ValueError, match="T_base_tool is not finite"):
+        spherical_wrist(ARMS["stated"], torch.full((4, 4), math.nan))
+
+
+# ---- full turns ------------------------------------------------------------------------------------
+
+
+def test_copies_within_limits_are_all_there_are():
+    arm = dx.robots.docking_arm()
+    q = torch.tensor([0.5, 1.0, -1.0, 2.0, -2.5, 0.1], dtype=torch.float64)
+    copies = copies_within_limits(arm, q)
+    tau = math.tau
+    expected = [[0.5, 1.0, -1.0, a, b, 0.1] for a in (2.0 - tau, 2.0) for b in (-2.5, -2.5 + tau)]
+    assert_close(copies, torch.tensor(expected, dtype=torch.float64))
+    assert_close(arm.forward(copies), arm.forward(q).expand(4, 4, 4), rtol=0, atol=1e-14)
+
+
+def test_outside_the_limits_there_is_no_copy():
+    arm = dx.robots.docking_arm()
+    assert copies_within_limits(arm, [3.0, 0, 0, 0, 0, 0]).shape == (0, 6)
+    moved, within = nearest_copy(arm, [[3.0, 0, 0, 0, 0, 0], [math.tau + 0.2, 0, 0, 4.0, 0, 0]])
+    assert within.tolist() == [False, True]
+    assert_close(moved[1], torch.tensor([0.2, 0, 0, 4.0 - math.tau, 0, 0], dtype=torch.float64))
+
+
+@given(st.lists(st.floats(-12, 12), min_size=6, max_size=6))
+def test_the_nearest_copy_is_within_if_any_is(q):
+    arm = dx.robots.docking_arm()
+    moved, within = nearest_copy(arm, q)
+    copies = copies_within_limits(arm, q)
+    assert within.item() == bool(len(copies))
+    if len(copies):
+        assert (copies - moved).abs().amax(1).min() < 1e-12
+
+
+def test_limits_on_one_side_and_joints_that_slide():
+    screws = [[0, 0, 0, 0, 0, 1.0], [0, 0, 0, 0, 0, 1.0], [0, 0, 1.0, 0, 0, 0]]
+    chain = dx.Chain(screws, np.eye(4), lower=[10.0, -math.inf, -8.0], upper=[math.inf, -10.0, 8.0])
+    moved, within = nearest_copy(chain, [0.0, 0.0, 7.0])
+    assert_close(moved, torch.tensor([2 * math.tau, -2 * math.tau, 7.0], dtype=torch.float64))
+    assert within
+    with pytest.raises(ValueError, match="no limits at joint 1"):
+        copies_within_limits(chain, [0.0, 0.0, 7.0])
+
+
+def test_one_configuration_at_a_time():
+    with pytest.raises(ValueError, match="one configuration"):
+        copies_within_limits(dx.robots.docking_arm(), torch.zeros(2, 6))
+
+
+def test_branches_count():
+    assert inverse_kinematics.BRANCHES == 8
