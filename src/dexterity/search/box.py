@@ -1,0 +1,53 @@
+"""What both searches are given: a box, and a function of many points at a time that is to be made large."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import torch
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.spatial import TensorLike
+
+__all__ = ["Objective", "evaluated", "limits"]
+
+Objective: TypeAlias = Callable[[Tensor], Tensor]
+"""Values (N) of points (N, d); larger is better."""
+
+
+def limits(lower: TensorLike, upper: TensorLike) -> tuple[Tensor, Tensor]:
+    """Return the limits (d) of a box.
+
+    Raises
+    ------
+    ValueError
+        If they are no vectors of one length, not finite, or a lower one is above its upper one.
+    """
+    low, high = spatial.to_float64(lower, "lower"), spatial.to_float64(upper, "upper")
+    if low.ndim != 1 or low.shape != high.shape or len(low) == 0:
+        raise ValueError(
+            f"lower has shape {tuple(low.shape)} and upper {tuple(high.shape)}; "
+            "two vectors of one length are needed"
+        )
+    if (low > high).any():
+        i = int((low > high).nonzero()[0])
+        raise ValueError(f"lower is {low[i].item()} and upper {high[i].item()} at variable {i}")
+    return low, high
+
+
+def evaluated(objective: Objective, points: Tensor) -> Tensor:
+    """Values (N) of points (N, d).
+
+    Raises
+    ------
+    ValueError
+        If the objective answers with another shape, or with NaN.
+    """
+    values = torch.as_tensor(objective(points))
+    if values.shape != points.shape[:1]:
+        raise ValueError(f"objective has values of shape {tuple(values.shape)}; ({len(points)},) is needed")
+    if values.isnan().any():
+        raise ValueError(f"objective is NaN at {points[values.isnan()][0].tolist()}")
+    return values.to(torch.float64)
