@@ -23,13 +23,24 @@ def rastrigin(x: torch.Tensor) -> torch.Tensor:
     return (10 * (2 * math.pi * x).cos() - 10 - x.square()).sum(1)
 
 
+def crest(x: torch.Tensor) -> torch.Tensor:
+    """Steep to both sides of a line that runs along no axis, and gently rising along it."""
+    x = x - torch.tensor(TOP, dtype=torch.float64)
+    return -100 * (x[:, 0] - 0.7 * x[:, 1] + 0.3 * x[:, 2]).abs() - x.square().sum(1)
+
+
 @pytest.mark.parametrize("objective", [ridge, rastrigin])
 def test_the_best_point_is_found(objective):
-    found = zoom_search(objective, LOW, HIGH, [0.4, 0.4, 0.4])
+    found = zoom_search(objective, LOW, HIGH, [0.25, 0.25, 0.25])
     assert_close(found.point, torch.tensor(TOP, dtype=torch.float64), rtol=0, atol=1e-6)
     assert found.value == pytest.approx(0.0, abs=1e-6)
     assert_close(objective(found.ends), found.values)
     assert (found.values.diff() <= 0).all()
+
+
+def test_a_crest_between_the_axes_is_climbed():
+    found = zoom_search(crest, LOW, HIGH, [0.25, 0.25, 0.25])
+    assert found.value == pytest.approx(0.0, abs=1e-3)
 
 
 def test_it_agrees_with_differential_evolution():

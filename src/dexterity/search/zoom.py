@@ -34,9 +34,9 @@ class ZoomOptions:
     levels
         Values of each variable in a finer grid, odd, so that its middle is the point it is about.
     shrink
-        Width of a grid relative to the one before.
+        Width of a grid relative to the one before, where that has shown nothing better.
     stages
-        How many times each is zoomed in on.
+        How many grids are laid about each start, one after the other.
 
     Raises
     ------
@@ -44,10 +44,10 @@ class ZoomOptions:
         If a number is out of its range.
     """
 
-    starts: int = 32
+    starts: int = 8
     levels: int = 5
-    shrink: float = 0.6
-    stages: int = 50
+    shrink: float = 0.9
+    stages: int = 300
 
     def __post_init__(self) -> None:
         if self.starts < 1 or self.stages < 0:
@@ -122,8 +122,12 @@ def zoom_search(
     evaluations = math.prod(counts)
     offsets = torch.cartesian_prod(*[torch.linspace(-1, 1, options.levels, dtype=torch.float64)] * len(low))
     offsets = offsets.reshape(-1, len(low))
+    width = torch.ones(len(points), 1, 1, dtype=torch.float64)
+    turns = torch.Generator().manual_seed(0)
     for stage in range(options.stages):
-        around = points[:, None] + options.shrink**stage * spacing * offsets
+        # A crest that runs between the axes is not seen along them, so every other grid is turned.
+        turned = offsets @ _random_rotation(len(low), turns) if stage % 2 else offsets
+        around = points[:, None] + width * spacing * turned
         around = torch.minimum(torch.maximum(around, low), high)
         seen = evaluated(objective, around.flatten(0, 1)).view(len(points), -1)
         evaluations += seen.numel()
@@ -131,8 +135,13 @@ def zoom_search(
         better = found > best
         best = torch.where(better, found, best)
         points = torch.where(better[:, None], around[torch.arange(len(points)), at], points)
+        width = torch.where(better[:, None, None], width, options.shrink * width)
     order = best.argsort(descending=True)
     return ZoomSearch(points[order[0]], best[order[0]].item(), evaluations, points[order], best[order])
+
+
+def _random_rotation(size: int, generator: torch.Generator) -> Tensor:
+    return torch.linalg.qr(torch.randn(size, size, generator=generator, dtype=torch.float64)).Q
 
 
 def _on_grid(objective: Objective, low: Tensor, high: Tensor, counts: list[int]) -> Tensor:

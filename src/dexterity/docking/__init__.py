@@ -1,0 +1,28 @@
+"""Where an underwater vehicle should dock so that its arm is dexterous over an area: paper B."""
+
+from dexterity.docking.area import (
+    TOOL_UP,
+    Solutions,
+    area_manipulability,
+    base_pose,
+    configurations,
+    inverse_kinematics,
+    largest_manipulability,
+    square,
+)
+from dexterity.docking.problem import Docking, DockingProblem, genetic_docking, global_docking
+
+__all__ = [
+    "TOOL_UP",
+    "Docking",
+    "DockingProblem",
+    "Solutions",
+    "area_manipulability",
+    "base_pose",
+    "configurations",
+    "genetic_docking",
+    "global_docking",
+    "inverse_kinematics",
+    "largest_manipulability",
+    "square",
+]

@@ -1,0 +1,202 @@
+"""How dexterous an arm is over an area: Eqs. 1, 2 and 16 of Sotiropoulos, Aspragathos & Andritsos (2011).
+
+The area is given by control points; at each the tool's orientation is fixed in the world. A point counts with
+the best of the configurations that reach it within the joint limits, and the area with its worst point.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Bool, Float64
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.chain import Chain
+from dexterity.docking.elbow import ElbowArm
+from dexterity.indices import Index
+from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
+from dexterity.spatial import TensorLike
+
+__all__ = [
+    "TOOL_UP",
+    "Solutions",
+    "area_manipulability",
+    "base_pose",
+    "configurations",
+    "inverse_kinematics",
+    "largest_manipulability",
+    "square",
+]
+
+TOOL_UP = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+"""Orientation R_G_tool with the sixth axis straight up, as Table 4 has it; w is the same if it is down."""
+
+_NUMBERS_AT_ONCE = 2**14
+_MANIPULABILITY = Index("manipulability")
+
+
+class Solutions(NamedTuple):
+    """Configurations of an arm at poses.
+
+    Attributes
+    ----------
+    q
+        (..., 8, 6) joint values [rad]; of copies full turns apart, those nearest to the middle of the limits.
+    valid
+        (..., 8) whether they put the tool at the pose.
+    within_limits
+        (..., 8) whether all joints are within their limits.
+    """
+
+    q: Float64[Tensor, "*batch 8 6"]
+    valid: Bool[Tensor, "*batch 8"]
+    within_limits: Bool[Tensor, "*batch 8"]
+
+
+def inverse_kinematics(arm: Chain, T_base_tool: TensorLike) -> Solutions:
+    """Return all branches of :func:`dexterity.inverse_kinematics.spherical_wrist`, with the limits looked at.
+
+    Raises
+    ------
+    ValueError
+        If the arm has no spherical wrist, or a pose is not rigid or not finite.
+    """
+    q, valid = spherical_wrist(arm, T_base_tool)
+    moved, within_limits = nearest_copy(arm, q)
+    return Solutions(moved, valid, within_limits)
+
+
+def square(half_width: float, per_side: int = 2, height: float = 0.0) -> Float64[Tensor, "m 3"]:
+    """Return control points on a square about the origin of G, row by row; two a side are its corners.
+
+    Raises
+    ------
+    ValueError
+        If the half width is not positive, or there are fewer than two points a side.
+    """
+    if not 0 < half_width < math.inf:
+        raise ValueError(f"half_width is {half_width}; a positive length is needed")
+    if per_side < 2:
+        raise ValueError(f"per_side is {per_side}; at least 2 is needed")
+    side = torch.linspace(-half_width, half_width, per_side, dtype=torch.float64)
+    flat = torch.cartesian_prod(side, side)
+    return torch.cat([flat, torch.full((len(flat), 1), height, dtype=torch.float64)], dim=1)
+
+
+def base_pose(pose: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
+    """Return T_G_base of poses (..., 4) = x, y, z, ψ or (..., 6) = x, y, z, roll, pitch, ψ, [m] and [rad].
+
+    Raises
+    ------
+    ValueError
+        If the last axis is neither 4 nor 6, or a number is not finite.
+    """
+    pose = _poses(pose)
+    zero = torch.zeros_like(pose[..., 0])
+    roll, pitch = (pose[..., 3], pose[..., 4]) if pose.shape[-1] == 6 else (zero, zero)
+    turn = torch.stack([zero, zero, pose[..., -1]], dim=-1)
+    tilt, lean = (torch.stack(parts, dim=-1) for parts in ([zero, pitch, zero], [roll, zero, zero]))
+    R = _rotation(turn) @ _rotation(tilt) @ _rotation(lean)
+    return spatial.pose(R, pose[..., :3])
+
+
+def configurations(arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP) -> Solutions:
+    """Return all configurations (..., m, 8, 6) of the arm on a base at poses, its tool at control points.
+
+    Parameters, frames and errors are those of `largest_manipulability`.
+    """
+    base, points, R = base_pose(pose), _control_points(points), _orientation(tool)
+    T_tool = spatial.pose(R, points)
+    return inverse_kinematics(arm, spatial.compose(spatial.inverse(base)[..., None, :, :], T_tool))
+
+
+def largest_manipulability(
+    arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP
+) -> Float64[Tensor, "*batch m"]:
+    """Largest w of the configurations within the joint limits, at each control point, Eq. 16.
+
+    Parameters
+    ----------
+    arm
+        Six joints with a spherical wrist. For an elbow arm, as the paper's is, the closed form is taken.
+    pose
+        (..., 4) = x, y, z, ψ of the arm's base in G, [m] and [rad], or (..., 6) = x, y, z, roll, pitch, ψ.
+    points
+        (m, 3) control points in G [m].
+    tool
+        (3, 3) orientation R_G_tool of the tool at every point.
+
+    Returns
+    -------
+    (..., m) values; 0 where a point is not reached, or not within the limits.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, something is not finite, there is no control point, the orientation is no
+        rotation, or the arm has no spherical wrist.
+    """
+    elbow = ElbowArm.of(arm)
+    pose, points, R = _poses(pose), _control_points(points), _orientation(tool)
+    rows = pose.reshape(-1, pose.shape[-1])
+    at_once = max(1, _NUMBERS_AT_ONCE // len(points))
+    if elbow is None:
+        parts = [_by_branches(arm, some, points, R) for some in rows.split(at_once)]
+    else:
+        parts = [_by_closed_form(elbow, some, points, R) for some in rows.split(at_once)]
+    return torch.cat(parts).reshape(*pose.shape[:-1], len(points))
+
+
+def area_manipulability(
+    arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP
+) -> Float64[Tensor, "*batch"]:
+    """Area manipulability M_a (...), Eq. 1: the smallest over the control points of the largest w.
+
+    Parameters, frames and errors are those of `largest_manipulability`.
+    """
+    return largest_manipulability(arm, pose, points, tool).amin(-1)
+
+
+def _by_closed_form(elbow: ElbowArm, pose: Tensor, points: Tensor, R: Tensor) -> Tensor:
+    if pose.shape[-1] == 6:
+        back = base_pose(pose)[:, :3, :3].mT
+        local = (back[:, None] @ (points - pose[:, None, :3])[..., None])[..., 0].movedim(-1, 0)
+        axis = (back @ R[:, 0]).mT[..., None]
+        return elbow.manipulability(local.contiguous(), axis)
+    x, y, z = (points[:, i] - pose[:, i, None] for i in range(3))
+    cosine, sine = pose[:, 3:].cos(), pose[:, 3:].sin()
+    local = torch.stack([cosine * x + sine * y, cosine * y - sine * x, z])
+    a, b, c = R[:, 0]
+    axis = torch.stack([cosine * a + sine * b, cosine * b - sine * a, torch.full_like(cosine, float(c))])
+    return elbow.manipulability(local, axis)
+
+
+def _by_branches(arm: Chain, pose: Tensor, points: Tensor, R: Tensor) -> Tensor:
+    q, valid, within = configurations(arm, pose, points, R)
+    return torch.where(valid & within, _MANIPULABILITY.bind(arm)(q), 0.0).amax(-1)
+
+
+def _poses(pose: TensorLike) -> Tensor:
+    pose = spatial.to_float64(pose, "pose")
+    if pose.ndim == 0 or pose.shape[-1] not in (4, 6):
+        raise ValueError(f"pose has shape {tuple(pose.shape)}; (..., 4) or (..., 6) is needed")
+    return pose
+
+
+def _control_points(points: TensorLike) -> Tensor:
+    points = spatial.to_float64(points, "points")
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
+        raise ValueError(f"points has shape {tuple(points.shape)}; (m, 3) with m ≥ 1 is needed")
+    return points
+
+
+def _orientation(tool: TensorLike) -> Tensor:
+    R = spatial.to_float64(tool, "tool")
+    return spatial.pose(R, torch.zeros(3, dtype=torch.float64))[:3, :3]
+
+
+def _rotation(vector: Tensor) -> Tensor:
+    return spatial.exp(torch.cat([torch.zeros_like(vector), vector], dim=-1))[..., :3, :3]

@@ -1,0 +1,148 @@
+"""The docking problem's parts by hand, and its two solutions."""
+
+import dataclasses
+import math
+
+import pytest
+import torch
+from scipy.optimize import differential_evolution
+from torch.testing import assert_close
+
+import dexterity as dx
+from dexterity.docking import DockingProblem, genetic_docking, global_docking, square
+from dexterity.search import ZoomOptions
+
+ARM = dx.robots.docking_arm()
+QUICK = ZoomOptions(starts=4, shrink=0.8, stages=80)
+GOOD = (-0.4, -0.21, 0.21, 0.84)
+AND, OR = (DockingProblem(ARM, region=region) for region in ("and", "or"))
+
+
+def vector(*numbers: float) -> torch.Tensor:
+    return torch.tensor(numbers, dtype=torch.float64)
+
+
+# ---- parts -----------------------------------------------------------------------------------------
+
+
+def test_distance_is_what_the_foot_covers():
+    # Facing the block at the start and after, with the foot 0.3 m behind the base in its heading.
+    assert AND.distance(vector(-2, -2, 2, math.pi / 4)) == 0.0
+    assert AND.distance(vector(-1, -2, 2, math.pi / 4)) == pytest.approx(1.0)
+    # Turning about the base alone carries the foot along a chord.
+    assert AND.distance(vector(-2, -2, 2, math.pi / 4 + 0.5)) == pytest.approx(2 * 0.3 * math.sin(0.25))
+
+
+@pytest.mark.parametrize(
+    ("pose", "both", "either"),
+    [
+        ((-0.3, -0.3, 0.22, 0.8), True, True),
+        ((-0.3, 0.1, 0.22, 0.8), False, True),
+        ((0.1, 0.1, 0.22, 0.8), False, False),
+        ((-0.3, -0.3, 0.26, 0.8), False, False),
+        ((-1.1, -0.3, 0.22, 0.8), False, False),
+        ((-0.3, -0.3, 0.22, 3.2), False, False),
+    ],
+)
+def test_where_the_base_may_be(pose, both, either):
+    assert AND.allows(pose).item() is both
+    assert OR.allows(pose).item() is either
+
+
+@pytest.mark.parametrize("problem", [AND, OR], ids=["and", "or"])
+def test_the_boxes_are_the_group(problem):
+    unit = torch.rand(20_000, 4, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    poses = problem.lower + (problem.upper - problem.lower) * unit
+    within = torch.stack([((poses >= low) & (poses <= high)).all(-1) for low, high in problem.boxes])
+    assert torch.equal(within.any(0), problem.allows(poses))
+
+
+def test_fitness_is_the_objective_where_the_pose_is_allowed():
+    poses = vector(*GOOD).repeat(2, 1)
+    poses[1, 0] = 0.0
+    gain, cost = 50 * AND.area_manipulability(poses), 0.1 * AND.distance(poses)
+    assert_close(AND.objective(poses), gain - cost)
+    assert_close(AND.fitness(poses), torch.stack([gain[0] - cost[0], torch.zeros_like(cost[1])]))
+    assert AND.fitness(poses)[0] > 0
+
+
+def test_weights():
+    pose = vector(*GOOD)
+    alone = dataclasses.replace(AND, manipulability_weight=1.0, distance_weight=0.0)
+    assert_close(alone.fitness(pose), AND.area_manipulability(pose))
+
+
+def test_a_tilted_vehicle_has_six_numbers():
+    problem = dataclasses.replace(AND, tilt=0.3)
+    assert problem.lower.tolist() == [-1, -1, 0.2, -0.3, -0.3, -math.pi]
+    assert problem.allows([-0.3, -0.3, 0.2, 0.29, -0.29, 0.0])
+    assert not problem.allows([-0.3, -0.3, 0.2, 0.31, 0.0, 0.0])
+    flat, tilted = (
+        AND.objective(vector(-0.3, -0.4, 0.2, 0.8)),
+        problem.objective([-0.3, -0.4, 0.2, 0, 0, 0.8]),
+    )
+    assert_close(flat, tilted, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"height": (0.3, 0.2)}, "the lower limit is above the upper one"),
+        ({"area": 2.5}, r"area is 2\.5; the block"),
+        ({"area": 2.0}, "region is empty"),
+        ({"area": 2.0, "region": "or"}, "region is empty"),
+        ({"area": -0.4}, "positive lengths"),
+        ({"points": torch.zeros(0, 3, dtype=torch.float64)}, r"points has shape \(0, 3\)"),
+        ({"points": square(1.2)}, "beyond the block"),
+        ({"start": (math.nan, 0.0, 0.0)}, "start is not finite"),
+        ({"tilt": 2.0}, r"tilt is 2\.0"),
+        ({"distance_weight": -1.0}, r"distance_weight is -1"),
+        ({"manipulability_weight": math.inf}, "manipulability_weight is inf"),
+    ],
+)
+def test_problems_that_make_no_sense(change, message):
+    with pytest.raises(ValueError, match=message):
+        DockingProblem(ARM, **change)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_an_unknown_region():
+    with pytest.raises(ValueError, match="region is 'xor'"):
+        DockingProblem(ARM, region="xor")
+
+
+def test_a_pose_has_as_many_numbers_as_the_problem():
+    with pytest.raises(ValueError, match=r"pose has shape \(6,\)"):
+        AND.fitness(torch.zeros(6, dtype=torch.float64))
+
+
+# ---- solutions -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", [AND, OR], ids=["and", "or"])
+def test_the_global_optimum_is_found_by_another_method_too(problem):
+    found = global_docking(problem, options=QUICK)
+    assert problem.allows(found.pose)
+    assert found.fitness == pytest.approx(problem.objective(found.pose).item())
+    bounds = list(zip(problem.lower.tolist(), problem.upper.tolist(), strict=True))
+    other = differential_evolution(
+        lambda pose: -problem.fitness(torch.tensor(pose.T)).numpy(), bounds,
+        seed=0, popsize=100, maxiter=400, tol=1e-10, vectorized=True, updating="deferred", polish=False,
+    )  # fmt: skip
+    assert found.fitness == pytest.approx(-other.fun, abs=1e-4)
+
+
+def test_the_genetic_algorithm_comes_near_it():
+    best = global_docking(AND, options=QUICK).fitness
+    found = [genetic_docking(AND, seed) for seed in range(3)]
+    assert all(AND.allows(one.pose) for one in found)
+    assert all(one.fitness <= best + 1e-9 for one in found)
+    assert sorted(one.fitness for one in found)[1] > 0.85 * best
+    assert found[0].area_manipulability == pytest.approx(AND.area_manipulability(found[0].pose).item())
+    assert found[0].fitness == found[0].search.value
+
+
+def test_the_same_seed_gives_the_same_pose():
+    one, other, third = (genetic_docking(AND, seed) for seed in (1, 1, 2))
+    assert torch.equal(one.pose, other.pose)
+    assert not torch.equal(one.pose, third.pose)
