@@ -1,0 +1,56 @@
+"""What the chapter on inverse kinematics shows, against the package's own answers."""
+
+import math
+
+import pytest
+import torch
+from torch.testing import assert_close
+
+from dexterity import robots
+from dexterity.inverse_kinematics import spherical_wrist
+from dexterity.studies.docking import inverse_kinematics as study
+
+
+def test_three_subproblems_are_enough_for_the_stated_arm():
+    arm = robots.docking_arm()
+    q = (2 * torch.rand(200, 6, generator=torch.Generator().manual_seed(5), dtype=torch.float64) - 1) * 3
+    T = arm.forward(q)
+    branches = study.by_three_subproblems(arm, T)
+    assert branches.shape == (200, 8, 6)
+    assert_close(arm.forward(branches), T[:, None].expand(200, 8, 4, 4), rtol=0, atol=1e-7)
+    # Eight of them, and not one several times.
+    apart = (torch.remainder(branches[:, :, None] - branches[:, None] + math.pi, math.tau) - math.pi).abs()
+    distance = apart.amax(-1) + 10 * torch.eye(8)
+    assert distance.amin((1, 2)).median() > 0.1
+
+
+@pytest.mark.parametrize("name", ["stated", "PUMA 560"])
+def test_branches_of_one_wrist_come_first(name):
+    arm = study.arms()[name]
+    q = torch.tensor([0.4, -0.5, 0.6, 0.7, 0.8, -0.4], dtype=torch.float64)
+    branches = study.eight_configurations(arm, arm.forward(q))
+    assert_close(branches[:4, :3], branches[4:, :3], rtol=0, atol=1e-9)
+    assert (branches[:4, 3:] - branches[4:, 3:]).abs().amax(1).min() > 0.1
+
+
+def test_the_two_elbows_meet_at_the_border():
+    arm = robots.docking_arm()
+    short, elbows = study.stretching(arm, steps=50)
+    assert elbows.shape == (50, 2, 6)
+    positions = arm.forward(elbows)[..., :3, 3]
+    shoulder = torch.tensor([0.0, 0.0, 0.1], dtype=torch.float64)
+    assert_close((positions - shoulder).norm(dim=-1), (0.8 - short)[:, None].expand(50, 2), rtol=0, atol=1e-9)
+    assert (torch.sign(elbows[:-1, 0, 2]) != torch.sign(elbows[:-1, 1, 2])).all()
+    assert_close(elbows[-1, 0], elbows[-1, 1], rtol=0, atol=1e-6)
+
+
+def test_the_skew_arm_has_axes_that_neither_meet_nor_are_parallel():
+    arm = study.arms()["all axes skew"]
+    v, omega = arm.screws[:3, :3], arm.screws[:3, 3:]
+    for i, j in ((0, 1), (1, 2)):
+        assert torch.linalg.cross(omega[i], omega[j]).norm() > 0.1
+        # Two lines meet if and only if their reciprocal product is zero.
+        assert abs(float(v[i] @ omega[j] + v[j] @ omega[i])) > 1e-3
+    q, valid = spherical_wrist(arm, arm.forward(torch.full((6,), 0.3, dtype=torch.float64)))
+    assert valid.any()
+    assert torch.isfinite(q).all()
