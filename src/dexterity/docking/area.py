@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 import torch
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 from torch import Tensor
 
 from dexterity import spatial
@@ -51,9 +51,9 @@ class Solutions(NamedTuple):
         (..., 8) whether all joints are within their limits.
     """
 
-    q: Float64[Tensor, "*batch 8 6"]
-    valid: Bool[Tensor, "*batch 8"]
-    within_limits: Bool[Tensor, "*batch 8"]
+    q: Tensor
+    valid: Tensor
+    within_limits: Tensor
 
 
 def inverse_kinematics(arm: Chain, T_base_tool: TensorLike) -> Solutions:
