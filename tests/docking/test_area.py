@@ -175,6 +175,16 @@ def test_roll_pitch_and_yaw_turn_in_this_order():
     np.testing.assert_allclose(docking.base_pose(pose)[:3, :3], expected, atol=1e-14)
 
 
+def test_an_arm_on_its_base():
+    arm = ARMS["fitted"]
+    pose, q = poses(tilted=True), (poses(3, tilted=True, seed=1))
+    moved = docking.on_base(arm, pose)
+    assert_close(moved.forward(q), spatial.compose(docking.base_pose(pose), arm.forward(q)))
+    assert (moved.lower == arm.lower).all()
+    with pytest.raises(ValueError, match="one pose is needed"):
+        docking.on_base(arm, poses(2))
+
+
 def test_out_of_reach_it_is_zero():
     assert area_manipulability(ARMS["stated"], [3.0, 0.0, 0.2, 0.0], CORNERS) == 0.0
 

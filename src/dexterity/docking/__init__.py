@@ -8,6 +8,7 @@ from dexterity.docking.area import (
     configurations,
     inverse_kinematics,
     largest_manipulability,
+    on_base,
     square,
 )
 from dexterity.docking.problem import Docking, DockingProblem, genetic_docking, global_docking
@@ -24,5 +25,6 @@ __all__ = [
     "global_docking",
     "inverse_kinematics",
     "largest_manipulability",
+    "on_base",
     "square",
 ]

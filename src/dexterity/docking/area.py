@@ -28,13 +28,14 @@ __all__ = [
     "configurations",
     "inverse_kinematics",
     "largest_manipulability",
+    "on_base",
     "square",
 ]
 
 TOOL_UP = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
 """Orientation R_G_tool with the sixth axis straight up, as Table 4 has it; w is the same if it is down."""
 
-_NUMBERS_AT_ONCE = 2**14
+_NUMBERS_AT_ONCE = 2**15
 _MANIPULABILITY = Index("manipulability")
 
 
@@ -101,6 +102,24 @@ def base_pose(pose: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     tilt, lean = (torch.stack(parts, dim=-1) for parts in ([zero, pitch, zero], [roll, zero, zero]))
     R = _rotation(turn) @ _rotation(tilt) @ _rotation(lean)
     return spatial.pose(R, pose[..., :3])
+
+
+def on_base(arm: Chain, pose: TensorLike) -> Chain:
+    """Return an arm whose world frame is G, its base at one pose, (4,) or (6,) as for `base_pose`.
+
+    Raises
+    ------
+    ValueError
+        If it is not one pose, or a number is not finite.
+    """
+    pose = _poses(pose)
+    if pose.ndim != 1:
+        raise ValueError(f"pose has shape {tuple(pose.shape)}; one pose is needed")
+    T = base_pose(pose)
+    return Chain(
+        arm.screws @ spatial.adjoint(T).mT, T @ arm.home,
+        name=arm.name, joint_names=arm.joint_names, lower=arm.lower, upper=arm.upper, rates=arm.rates,
+    )  # fmt: skip
 
 
 def configurations(arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP) -> Solutions:

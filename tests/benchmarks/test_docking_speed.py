@@ -1,0 +1,35 @@
+"""Area manipulability in closed form beside all branches by determinants, on one core."""
+
+import torch
+
+import dexterity as dx
+from dexterity import docking
+from dexterity.docking.area import TOOL_UP, _by_branches
+from dexterity.networks.threads import one_thread
+from dexterity.report.timing import Way, measure
+
+POSES = 100_000
+FEW = 1_000
+
+
+def poses(count: int) -> torch.Tensor:
+    problem = docking.DockingProblem(dx.robots.docking_arm())
+    unit = torch.rand(count, 4, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    return problem.lower + (problem.upper - problem.lower) * unit
+
+
+def test_a_million_poses_in_a_second():
+    arm, corners = dx.robots.docking_arm(), docking.square(0.2)
+    many, few, tool = poses(POSES), poses(FEW), torch.tensor(TOOL_UP, dtype=torch.float64)
+    with one_thread():
+        closed, branches = measure(
+            [
+                Way("closed form", lambda: docking.area_manipulability(arm, many, corners), POSES),
+                Way("all branches", lambda: _by_branches(arm, few, corners, tool), FEW),
+            ]
+        )
+    print(
+        f"{1 / closed.median:,.0f} poses a second, {branches.median / closed.median:.0f} times all branches"
+    )
+    assert 1 / closed.median > 1e6
+    assert branches.median / closed.median > 20
