@@ -45,7 +45,7 @@ TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
 """What a probe may miss by, since rounding errors come out a little different on every processor."""
 
 _ERROR = 1e-9
-_SAME = 1e-6  # [rad]
+_SAME = 1e-6  # [rad], and of the largest w
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class RoundTrip:
     values_of_w
         Largest number of different w among the branches of a pose.
     wrist_changes_w
-        Largest relative difference between the w of two branches that differ in the wrist alone.
+        Largest difference between the w of two branches that differ in the wrist alone, beside the largest w.
     refused
         Share of the poses that are flagged when they are moved out of reach.
     """
@@ -280,15 +280,16 @@ def _wrist_binds(arm: Chain, q: Tensor, valid: Tensor, within: Tensor) -> float:
 
 
 def _values_of_w(arm: Chain, q: Tensor, valid: Tensor) -> tuple[int, float]:
-    """Count the different w of a pose at most, and tell by how much the wrist's branches differ in it."""
+    """Count the different w of a pose at most, and tell by how much the wrist's branches differ in it.
+
+    Both beside the largest w of all poses, since near a singular one w itself is no more than rounding.
+    """
     w = torch.where(valid, manipulability(arm.geometric_jacobian(q)), math.nan)
+    scale = w.nan_to_num(0.0).max()
     pairs = w.unflatten(-1, (4, 2))
-    largest = w.nan_to_num(0.0).amax(-1)
-    by_wrist = ((pairs[..., 0] - pairs[..., 1]).abs().nan_to_num(0.0).amax(-1) / largest).max().item()
-    ordered = w.nan_to_num(math.inf).sort(-1).values
-    steps = ordered.diff(dim=-1).nan_to_num(0.0) > 1e-9 * largest[:, None]
-    new = steps & torch.isfinite(ordered[:, 1:])
-    return int((1 + new.sum(-1)).max()), by_wrist
+    by_wrist = (pairs[..., 0] - pairs[..., 1]).abs().nan_to_num(0.0).max() / scale
+    steps = w.sort(-1).values.diff(dim=-1).nan_to_num(0.0) > _SAME * scale
+    return int(1 + steps.sum(-1).max()), by_wrist.item()
 
 
 # ---- tables ----------------------------------------------------------------------------------------
