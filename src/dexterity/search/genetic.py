@@ -102,17 +102,12 @@ class GeneticSearch:
 class Chromosome:
     """Points of a box as bits, plain binary numbers one variable after the other.
 
-    Parameters
+    Attributes
     ----------
     lower, upper
         (d,) limits of the variables.
-    precision
-        (d,) largest step between neighbouring values of each, positive.
-
-    Raises
-    ------
-    ValueError
-        If the limits are none, or a precision is not positive.
+    bits
+        How many bits each variable has.
     """
 
     lower: Tensor
@@ -121,7 +116,13 @@ class Chromosome:
 
     @classmethod
     def of(cls, lower: TensorLike, upper: TensorLike, precision: TensorLike) -> Chromosome:
-        """Return the shortest chromosome whose steps are not longer than a precision (d)."""
+        """Return the shortest chromosome whose steps are not longer than a precision (d).
+
+        Raises
+        ------
+        ValueError
+            If the limits make no box, or a precision is not positive.
+        """
         low, high = limits(lower, upper)
         steps = spatial.to_float64(precision, "precision")
         if steps.shape != low.shape or (steps <= 0).any():
