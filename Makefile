@@ -67,7 +67,7 @@ serve:  ## serve the built book on 127.0.0.1 (PORT=8000)
 # ---- checks ----
 
 test: $(READY)  ## run the tests
-	@$(IN)/python -m pytest tests --ignore=tests/book --ignore=tests/benchmarks
+	@$(IN)/python -m pytest tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile
 
 check: book  ## check verdicts, stored results, and the built book in a real browser
 	@$(IN)/python -m dexterity.studies probe

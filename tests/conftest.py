@@ -15,6 +15,10 @@ import pytest
 # Read when sympy is imported; with its default of a thousand entries derivations take half as long again.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 
+# Workers that share the cores must not each start a thread for every core. Read when torch is imported.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 # An int is taken for a float, as type checkers do.
 jaxtyping.install_import_hook(
     "dexterity", "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from torch.testing import assert_close
 
 import dexterity as dx
-from dexterity import inverse_kinematics, spatial
+from dexterity import spatial
 from dexterity.inverse_kinematics import (
     copies_within_limits,
     nearest_copy,
@@ -86,7 +86,7 @@ def turned(axis, angle, p) -> torch.Tensor:
 
 def apart(a: torch.Tensor, b: torch.Tensor) -> torch.Tensor:
     """Largest difference (...) of joint values, full turns apart."""
-    return (torch.remainder(a - b + math.pi, math.tau) - math.pi).abs().amax(-1)
+    return dx.spatial.wrap_to_pi(a - b).abs().amax(-1)
 
 
 def missed(arm, q, T) -> torch.Tensor:
@@ -364,7 +364,3 @@ def test_limits_on_one_side_and_joints_that_slide():
 def test_one_configuration_at_a_time():
     with pytest.raises(ValueError, match="one configuration"):
         copies_within_limits(dx.robots.docking_arm(), torch.zeros(2, 6))
-
-
-def test_branches_count():
-    assert inverse_kinematics.BRANCHES == 8

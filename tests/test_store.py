@@ -159,7 +159,7 @@ def test_the_memory_layout_does_not_count():
         (np.zeros(1, dtype=[("a", float)]), "'a'"),
         (torch.eye(2).to_sparse(), "sparse_coo"),
     ],
-    ids=str,
+    ids=lambda part: part if isinstance(part, str) else type(part).__name__,
 )
 def test_a_value_of_another_type_is_named(value, name):
     for wrapped in (value, [value], {"inside": (value,)}):

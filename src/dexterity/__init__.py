@@ -4,9 +4,32 @@ Quantities are SI and radians in float64; leading axes are batch axes; twists ar
 ``T_a_b`` maps coordinates in frame b to frame a.
 """
 
-from dexterity import indices, networks, robots, sampling, spatial, symbolic, tasks
+from dexterity import (
+    docking,
+    indices,
+    inverse_kinematics,
+    networks,
+    robots,
+    sampling,
+    search,
+    spatial,
+    symbolic,
+    tasks,
+)
 from dexterity.chain import Chain
 
 __version__ = "0.1.0"
 
-__all__ = ["Chain", "indices", "networks", "robots", "sampling", "spatial", "symbolic", "tasks"]
+__all__ = [
+    "Chain",
+    "docking",
+    "indices",
+    "inverse_kinematics",
+    "networks",
+    "robots",
+    "sampling",
+    "search",
+    "spatial",
+    "symbolic",
+    "tasks",
+]

@@ -8,6 +8,7 @@ parallel). Axes are screws [v; ω] with ‖ω‖ = 1, as those of a chain.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -30,9 +31,6 @@ __all__ = [
     "subproblem_3",
     "subproblem_4",
 ]
-
-BRANCHES = 8
-"""Configurations of an arm with a spherical wrist at one pose, four of the arm by two of the wrist."""
 
 _TOLERANCE = 1e-9
 _ROUNDING = 1e-12
@@ -249,7 +247,7 @@ def _solved(turning: _Turning, value: Tensor) -> Tensor:
     cosine = value - turning.c
     sine = ((amplitude - cosine) * (amplitude + cosine)).clamp(min=0).sqrt()
     middle, half = torch.atan2(turning.b, turning.a), torch.atan2(sine, cosine)
-    return _normalised(torch.stack([middle + half, middle - half], dim=-1))
+    return spatial.wrap_to_pi(torch.stack([middle + half, middle - half], dim=-1))
 
 
 def _about_two(one: _Line, two: _Line, p: Tensor, q: Tensor) -> Tensor:
@@ -264,11 +262,6 @@ def _points(p: TensorLike, name: str) -> Tensor:
     if p.shape[-1:] != (3,):
         raise ValueError(f"{name} has shape {tuple(p.shape)}; (..., 3) is needed")
     return p
-
-
-def _normalised(angle: Tensor) -> Tensor:
-    """Angle between −π and π."""
-    return torch.remainder(angle + math.pi, 2 * math.pi) - math.pi
 
 
 # ---- arms with a spherical wrist -------------------------------------------------------------------
@@ -306,12 +299,17 @@ def spherical_wrist(
     ----------
     Murray, Li & Sastry (1994), section 3.3; Pieper (1968).
     """
-    geometry = _Geometry.of(arm)
+    geometry = _geometry(arm)
     T = spatial.require_rigid(T_base_tool, "T_base_tool")
     moved = T @ spatial.inverse(arm.home)
-    shoulder = geometry.arm_branches(_applied(moved, geometry.wrist))
+    shoulder = geometry.arm_branches(spatial.apply(moved, geometry.wrist))
     q = geometry.with_wrist(shoulder, moved[..., None, :, :])
     return _polished(arm, q, T[..., None, :, :], geometry.size)
+
+
+@functools.lru_cache(maxsize=8)
+def _geometry(arm: Chain) -> _Geometry:
+    return _Geometry.of(arm)
 
 
 @dataclass(frozen=True)
@@ -353,20 +351,19 @@ class _Geometry:
         must go over into each other about axis 2: as high along it, and as far from a point on it.
         """
         one, two, three = self.axes[0].reversed(), self.axes[1], self.axes[2]
-        pivot = one.meeting(two)
-        if pivot is None:
-            pivot = three.meeting(two)
+        inner, outer = one.meeting(two), three.meeting(two)
+        pivot = outer if inner is None else inner
         if pivot is None:
             pivot = two.point if two.parallel_to(one) else two.foot_towards(one)
         height = one.component(centre, two.direction), three.component(self.wrist, two.direction)
         distance = one.distance_squared(centre, pivot), three.distance_squared(self.wrist, pivot)
         if two.parallel_to(three):
             first, third = _in_turn(height[0], height[1].c, distance[1], distance[0])
-        elif one.meeting(two) is not None:
+        elif inner is not None:
             third, first = _in_turn(distance[1], distance[0].c, height[0], height[1])
         elif two.parallel_to(one):
             third, first = _in_turn(height[1], height[0].c, distance[0], distance[1])
-        elif three.meeting(two) is not None:
+        elif outer is not None:
             first, third = _in_turn(distance[0], distance[1].c, height[1], height[0])
         else:
             first, third = _together(height, distance)
@@ -383,7 +380,7 @@ class _Geometry:
         angles = shoulder.unbind(-1)
         seen, seen_beside = (
             self._turned_back(point, self.axes[:3], angles)
-            for point in (_applied(moved, on_axis), _applied(moved, beside))
+            for point in (spatial.apply(moved, on_axis), spatial.apply(moved, beside))
         )
         pairs = _about_two(four, five, on_axis, seen)
         left = self._turned_back(seen_beside[..., None, :], (four, five), pairs.unbind(-1))
@@ -446,17 +443,12 @@ def _roots_on_circle(highest: Tensor, high: Tensor, middle: Tensor) -> Tensor:
     return torch.linalg.eigvals(companion).angle()
 
 
-def _applied(T: Tensor, p: Tensor) -> Tensor:
-    """Move a point (3) by poses (..., 4, 4)."""
-    return T[..., :3, :3] @ p + T[..., :3, 3]
-
-
 def _polished(arm: Chain, q: Tensor, T: Tensor, size: float) -> tuple[Tensor, Tensor]:
     """Take rounding near double roots off with a step of Newton, and tell which are at the pose."""
-    q, T = _normalised(q), T.expand(*q.shape[:-1], 4, 4)
+    q, T = spatial.wrap_to_pi(q), T.expand(*q.shape[:-1], 4, 4)
     miss = _miss(arm, q, T, size)
     near = (miss > _ROUNDING) & (miss < math.sqrt(_TOLERANCE))
-    q[near] = _normalised(q[near] + _newton_step(arm, q[near], T[near]))
+    q[near] = spatial.wrap_to_pi(q[near] + _newton_step(arm, q[near], T[near]))
     miss[near] = _miss(arm, q[near], T[near], size)
     return q, miss <= _TOLERANCE
 

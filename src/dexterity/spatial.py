@@ -20,6 +20,7 @@ from torch import Tensor
 __all__ = [
     "TensorLike",
     "adjoint",
+    "apply",
     "compose",
     "exp",
     "hat",
@@ -32,6 +33,7 @@ __all__ = [
     "to_extended_float64",
     "to_float64",
     "vee",
+    "wrap_to_pi",
 ]
 
 TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
@@ -246,6 +248,24 @@ def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
     d = _inverse_factor((omega * omega).sum(-1))[..., None, None]
     V_inverse = torch.eye(3, dtype=T.dtype, device=T.device) - 0.5 * W + d * (W @ W)
     return torch.cat([(V_inverse @ T[..., :3, 3:])[..., 0], omega], dim=-1)
+
+
+def apply(T: Float64[Tensor, "*#batch 4 4"], p: Float64[Tensor, "*#batch 3"]) -> Float64[Tensor, "*batch 3"]:
+    """Return points moved by poses, R p + t; leading axes are matched up.
+
+    Parameters
+    ----------
+    T
+        (..., 4, 4) poses, not checked.
+    p
+        (..., 3) points [m].
+    """
+    return (T[..., :3, :3] @ p[..., None])[..., 0] + T[..., :3, 3]
+
+
+def wrap_to_pi(angle: Float64[Tensor, "*batch"]) -> Float64[Tensor, "*batch"]:
+    """Return the copy of an angle [rad] from −π to π."""
+    return torch.remainder(angle + torch.pi, 2 * torch.pi) - torch.pi
 
 
 def adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:

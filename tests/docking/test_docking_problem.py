@@ -57,6 +57,40 @@ def test_the_boxes_are_the_group(problem):
     assert torch.equal(within.any(0), problem.allows(poses))
 
 
+# The side of the block: the vehicle is before it in −x, upright as ever.
+SIDE = DockingProblem(ARM, region="or", face="side", foot=(0.2, 0.0, -0.3))
+
+
+@pytest.mark.parametrize(
+    ("pose", "allowed"),
+    [
+        ((-0.22, 0.0, -0.4, 0.0), True),
+        ((-0.22, -0.4, 0.0, 0.0), True),
+        ((-0.22, 0.0, 0.0, 0.0), False),
+        ((0.22, 0.0, -0.4, 0.0), False),
+        ((-0.26, 0.0, -0.4, 0.0), False),
+        ((-0.22, 0.0, -1.1, 0.0), False),
+    ],
+)
+def test_where_the_base_may_be_at_a_side(pose, allowed):
+    assert SIDE.allows(pose).item() is allowed
+    within = [(low <= vector(*pose)).all() and (vector(*pose) <= high).all() for low, high in SIDE.boxes]
+    assert any(within) is allowed
+
+
+def test_at_a_side_the_tool_points_at_it():
+    pose = vector(-0.24, -0.5, -0.1, 0.13)
+    corners = [[0.0, y, z] for y in (-0.2, 0.2) for z in (-0.2, 0.2)]
+    assert_close(SIDE.control_points, torch.tensor(corners, dtype=torch.float64))
+    assert_close(square(0.2, height=0.1, face="side")[:, 0], torch.full((4,), -0.1, dtype=torch.float64))
+    q, valid, within = dx.docking.configurations(ARM, pose, corners, torch.eye(3))
+    w = dx.indices.manipulability(ARM.geometric_jacobian(q))
+    assert_close(SIDE.area_manipulability(pose), torch.where(valid & within, w, 0.0).amax(-1).amin())
+    assert SIDE.area_manipulability(pose) > 0
+    tool = dx.docking.on_base(ARM, pose).forward(q[0, valid[0]])
+    assert_close(tool[:, :3, 0], vector(1, 0, 0).expand(len(tool), 3))
+
+
 def test_fitness_is_the_objective_where_the_pose_is_allowed():
     poses = vector(*GOOD).repeat(2, 1)
     poses[1, 0] = 0.0
@@ -74,6 +108,8 @@ def test_weights():
 
 def test_a_tilted_vehicle_has_six_numbers():
     problem = dataclasses.replace(AND, tilt=0.3)
+    assert problem.upper[-1] == math.pi
+    assert dataclasses.replace(AND, yaw=(0.1, 0.2)).lower[-1] == 0.1
     assert problem.lower.tolist() == [-1, -1, 0.2, -0.3, -0.3, -math.pi]
     assert problem.allows([-0.3, -0.3, 0.2, 0.29, -0.29, 0.0])
     assert not problem.allows([-0.3, -0.3, 0.2, 0.31, 0.0, 0.0])
@@ -88,6 +124,7 @@ def test_a_tilted_vehicle_has_six_numbers():
     ("change", "message"),
     [
         ({"height": (0.3, 0.2)}, "the lower limit is above the upper one"),
+        ({"yaw": (1.0, 0.5)}, r"yaw is \(1\.0, 0\.5\); the lower limit"),
         ({"area": 2.5}, r"area is 2\.5; the block"),
         ({"area": 2.0}, "region is empty"),
         ({"area": 2.0, "region": "or"}, "region is empty"),
@@ -106,7 +143,9 @@ def test_problems_that_make_no_sense(change, message):
 
 
 @pytest.mark.usefixtures("annotations_unchecked")
-def test_an_unknown_region():
+def test_an_unknown_region_or_face():
+    with pytest.raises(ValueError, match="face is 'bottom'"):
+        DockingProblem(ARM, face="bottom")
     with pytest.raises(ValueError, match="region is 'xor'"):
         DockingProblem(ARM, region="xor")
 

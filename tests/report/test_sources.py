@@ -103,6 +103,7 @@ def test_an_edit_that_can_change_a_result_changes_the_key(root, name, old, new):
         ("src/dexterity/base.py", "# twice", "# two times"),
         ("src/dexterity/base.py", "2 * x", "(2  *  x)"),
         ("src/dexterity/__init__.py", "Package", "The package"),
+        ("src/dexterity/__init__.py", "from dexterity.top import thing", "__all__ = []"),
         ("src/dexterity/unrelated.py", "1", "2"),
         ("src/dexterity/report/claims.py", "unrelated", "base"),
     ],

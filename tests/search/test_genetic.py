@@ -2,11 +2,19 @@
 
 import dataclasses
 import math
+import statistics
+from collections.abc import Callable
 
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.problem import Problem
+from pymoo.operators.crossover.pntx import SinglePointCrossover
+from pymoo.operators.mutation.bitflip import BitflipMutation
+from pymoo.operators.sampling.rnd import BinaryRandomSampling
+from pymoo.optimize import minimize
 from torch.testing import assert_close
 
 from dexterity.search.genetic import Chromosome, GeneticOptions, Stop, genetic_search
@@ -114,6 +122,45 @@ def test_both_probabilities_are_of_use(part):
     options = GeneticOptions(generations=15, crossover=0.4)
     without = dataclasses.replace(options, **{part: 0.0})
     assert median(options) > median(without)
+
+
+# ---- against pymoo ---------------------------------------------------------------------------------
+
+
+def steps(x: torch.Tensor) -> torch.Tensor:
+    """Terraces on a gentle slope, which give no gradient."""
+    return -(4 * (x - 0.3).abs()).floor().sum(1) - (x + 1).square().sum(1) / 10
+
+
+def by_pymoo(objective: Callable[[torch.Tensor], torch.Tensor], evaluations: int, seed: int) -> float:
+    """Largest value that pymoo's genetic algorithm finds with the same bits, sizes and probabilities."""
+    chromosome = Chromosome.of(LOW, HIGH, STEP)
+
+    class Bits(Problem):
+        def __init__(self) -> None:
+            super().__init__(n_var=chromosome.length, n_obj=1, vtype=bool)
+
+        def _evaluate(self, x, out, *_args, **_kwargs):
+            out["F"] = -objective(chromosome.decoded(torch.tensor(x.astype(bool)))).numpy()[:, None]
+
+    options = GeneticOptions()
+    algorithm = GA(
+        pop_size=options.population,
+        sampling=BinaryRandomSampling(),
+        crossover=SinglePointCrossover(prob=options.crossover),
+        mutation=BitflipMutation(prob_var=options.mutation),
+        eliminate_duplicates=False,
+    )
+    return -float(minimize(Bits(), algorithm, ("n_evals", evaluations), seed=seed).F[0])
+
+
+@pytest.mark.parametrize("objective", [sphere, rastrigin, steps])
+def test_it_finds_what_pymoo_finds_with_as_many_evaluations(objective):
+    ours = [genetic_search(objective, LOW, HIGH, STEP, generator(seed)) for seed in range(10)]
+    theirs = [by_pymoo(objective, found.evaluations, seed) for seed, found in enumerate(ours)]
+    random = objective(8 * torch.rand(1000, 3, generator=generator(), dtype=torch.float64) - 4)
+    climbed = statistics.median(theirs) - random.median().item()
+    assert statistics.median(found.value for found in ours) > statistics.median(theirs) - 1e-3 * climbed
 
 
 # ---- bad input -------------------------------------------------------------------------------------

@@ -1,12 +1,10 @@
 """What the chapter on inverse kinematics shows, against the package's own answers."""
 
-import math
-
 import pytest
 import torch
 from torch.testing import assert_close
 
-from dexterity import robots
+from dexterity import robots, spatial
 from dexterity.inverse_kinematics import spherical_wrist
 from dexterity.studies.docking import inverse_kinematics as study
 
@@ -19,7 +17,7 @@ def test_three_subproblems_are_enough_for_the_stated_arm():
     assert branches.shape == (200, 8, 6)
     assert_close(arm.forward(branches), T[:, None].expand(200, 8, 4, 4), rtol=0, atol=1e-7)
     # Eight of them, and not one several times.
-    apart = (torch.remainder(branches[:, :, None] - branches[:, None] + math.pi, math.tau) - math.pi).abs()
+    apart = spatial.wrap_to_pi(branches[:, :, None] - branches[:, None]).abs()
     distance = apart.amax(-1) + 10 * torch.eye(8)
     assert distance.amin((1, 2)).median() > 0.1
 

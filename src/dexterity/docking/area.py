@@ -6,8 +6,9 @@ the best of the configurations that reach it within the joint limits, and the ar
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import torch
 from jaxtyping import Float64
@@ -21,11 +22,14 @@ from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
 
 __all__ = [
+    "TOOL_AHEAD",
     "TOOL_UP",
+    "Face",
     "Solutions",
     "area_manipulability",
     "base_pose",
     "configurations",
+    "control_points",
     "inverse_kinematics",
     "largest_manipulability",
     "on_base",
@@ -34,6 +38,12 @@ __all__ = [
 
 TOOL_UP = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
 """Orientation R_G_tool with the sixth axis straight up, as Table 4 has it; w is the same if it is down."""
+
+TOOL_AHEAD = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Orientation R_G_tool with the sixth axis along x, straight at the side of a block that looks along −x."""
+
+Face: TypeAlias = Literal["top", "side"]
+"""Face of a block, the top or the side that looks along −x. G is in the middle of it, z up."""
 
 _NUMBERS_AT_ONCE = 2**15
 _MANIPULABILITY = Index("manipulability")
@@ -70,8 +80,21 @@ def inverse_kinematics(arm: Chain, T_base_tool: TensorLike) -> Solutions:
     return Solutions(moved, valid, within_limits)
 
 
-def square(half_width: float, per_side: int = 2, height: float = 0.0) -> Float64[Tensor, "m 3"]:
+def square(
+    half_width: float, per_side: int = 2, height: float = 0.0, face: Face = "top"
+) -> Float64[Tensor, "m 3"]:
     """Return control points on a square about the origin of G, row by row; two a side are its corners.
+
+    Parameters
+    ----------
+    half_width
+        Half the length of a side [m].
+    per_side
+        Points a side.
+    height
+        How far outside of the face they are [m].
+    face
+        Which face they are on: with it x and y vary, or y and z.
 
     Raises
     ------
@@ -84,7 +107,8 @@ def square(half_width: float, per_side: int = 2, height: float = 0.0) -> Float64
         raise ValueError(f"per_side is {per_side}; at least 2 is needed")
     side = torch.linspace(-half_width, half_width, per_side, dtype=torch.float64)
     flat = torch.cartesian_prod(side, side)
-    return torch.cat([flat, torch.full((len(flat), 1), height, dtype=torch.float64)], dim=1)
+    off = torch.full((len(flat), 1), height, dtype=torch.float64)
+    return torch.cat([flat, off] if face == "top" else [-off, flat], dim=1)
 
 
 def base_pose(pose: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
@@ -127,7 +151,7 @@ def configurations(arm: Chain, pose: TensorLike, points: TensorLike, tool: Tenso
 
     Parameters, frames and errors are those of `largest_manipulability`.
     """
-    base, points, R = base_pose(pose), _control_points(points), _orientation(tool)
+    base, points, R = base_pose(pose), control_points(points), _orientation(tool)
     T_tool = spatial.pose(R, points)
     return inverse_kinematics(arm, spatial.compose(spatial.inverse(base)[..., None, :, :], T_tool))
 
@@ -158,8 +182,8 @@ def largest_manipulability(
         If a shape does not fit, something is not finite, there is no control point, the orientation is no
         rotation, or the arm has no spherical wrist.
     """
-    elbow = ElbowArm.of(arm)
-    pose, points, R = _poses(pose), _control_points(points), _orientation(tool)
+    elbow = _elbow_arm(arm)
+    pose, points, R = _poses(pose), control_points(points), _orientation(tool)
     rows = pose.reshape(-1, pose.shape[-1])
     at_once = max(1, _NUMBERS_AT_ONCE // len(points))
     if elbow is None:
@@ -177,6 +201,11 @@ def area_manipulability(
     Parameters, frames and errors are those of `largest_manipulability`.
     """
     return largest_manipulability(arm, pose, points, tool).amin(-1)
+
+
+@functools.lru_cache(maxsize=8)
+def _elbow_arm(arm: Chain) -> ElbowArm | None:
+    return ElbowArm.of(arm)
 
 
 def _by_closed_form(elbow: ElbowArm, pose: Tensor, points: Tensor, R: Tensor) -> Tensor:
@@ -205,7 +234,14 @@ def _poses(pose: TensorLike) -> Tensor:
     return pose
 
 
-def _control_points(points: TensorLike) -> Tensor:
+def control_points(points: TensorLike) -> Float64[Tensor, "m 3"]:
+    """Return control points as a tensor.
+
+    Raises
+    ------
+    ValueError
+        If they are not (m, 3) with m ≥ 1, or one is not finite.
+    """
     points = spatial.to_float64(points, "points")
     if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
         raise ValueError(f"points has shape {tuple(points.shape)}; (m, 3) with m ≥ 1 is needed")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias, get_args
+from functools import cached_property
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import torch
 from jaxtyping import Bool, Float64
@@ -12,7 +14,15 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.docking.area import TOOL_UP, area_manipulability, base_pose, square
+from dexterity.docking.area import (
+    TOOL_AHEAD,
+    TOOL_UP,
+    Face,
+    area_manipulability,
+    base_pose,
+    control_points,
+    square,
+)
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
 from dexterity.search.zoom import ZoomOptions, ZoomSearch, zoom_search
 from dexterity.spatial import TensorLike
@@ -23,11 +33,23 @@ Region: TypeAlias = Literal["and", "or"]
 """Whether the base is beside the task area in x *and* y, as Eq. 14 has it, or in either, as the text says."""
 
 
+class _Lie(NamedTuple):
+    """How a face lies in G: its two directions, its normal and on which side of it outside is, its tool."""
+
+    along: tuple[int, int]
+    normal: int
+    outwards: float
+    tool: tuple[tuple[float, float, float], ...]
+
+
+_LIES = {"top": _Lie((0, 1), 2, 1.0, TOOL_UP), "side": _Lie((1, 2), 0, -1.0, TOOL_AHEAD)}
+
+
 @dataclass(frozen=True)
 class DockingProblem:
-    """A block with a task area on its top, a vehicle that docks on it, and what a good pose is.
+    """A block with a task area on a face, a vehicle that docks on it, and what a good pose is.
 
-    The frame G is in the middle of the block's top face, z up; lengths [m], angles [rad].
+    The frame G is in the middle of the face, z up; lengths [m], angles [rad].
 
     Parameters
     ----------
@@ -35,14 +57,18 @@ class DockingProblem:
         Arm at the vehicle's bow, six joints with a spherical wrist.
     region
         Whether the base stays beside the task area in both directions or in one; see `Region`.
+    face
+        Which face of the block; the directions of the side are y and z.
     points
-        (m, 3) control points; the corners of the task area by default.
+        (m, 3) control points; None for the corners of the task area.
     block
-        Extent of the top face along x and y.
+        Extent of the face along its two directions.
     area
         Width of the square task area in its middle.
     height
-        Lowest and highest z of the arm's base.
+        Smallest and largest distance of the arm's base from the face.
+    yaw
+        Smallest and largest ψ.
     tilt
         Largest roll and pitch to either side. Where it is positive, poses are x, y, z, roll, pitch, ψ.
     start, heading
@@ -52,40 +78,46 @@ class DockingProblem:
     manipulability_weight, distance_weight
         Weights a and b of Eq. 8.
     tool
-        (3, 3) orientation R_G_tool of the tool at the control points.
+        (3, 3) orientation R_G_tool of the tool at the control points; None to have its sixth axis square to
+        the face.
 
     Raises
     ------
     ValueError
-        If a number is not finite or out of its range, there is no control point or one is beyond the block,
-        the task area is larger than the block, a lower limit is above its upper one, or no pose is allowed.
+        If the region or the face is unknown, a number is not finite or out of its range, there is no control
+        point or one is beyond the block, the task area is larger than the block, a lower limit is above its
+        upper one, or no pose is allowed.
     """
 
     arm: Chain
     region: Region = "and"
-    points: Tensor = field(default_factory=lambda: square(0.2))
+    face: Face = "top"
+    points: TensorLike | None = None
     block: tuple[float, float] = (2.0, 2.0)
     area: float = 0.4
     height: tuple[float, float] = (0.2, 0.25)
+    yaw: tuple[float, float] = (-math.pi, math.pi)
     tilt: float = 0.0
     start: tuple[float, float, float] = (-2.0, -2.0, 2.0)
     heading: float = math.pi / 4
     foot: tuple[float, float, float] = (-0.3, 0.0, -0.2)
     manipulability_weight: float = 50.0
     distance_weight: float = 0.1
-    tool: tuple[tuple[float, float, float], ...] = TOOL_UP
+    tool: tuple[tuple[float, float, float], ...] | None = None
 
     def __post_init__(self) -> None:
-        if self.region not in get_args(Region):
-            raise ValueError(f"region is {self.region!r}; {get_args(Region)} are known")
-        for name in ("block", "area", "height", "tilt", "start", "heading", "foot"):
+        for name, known in (("region", get_args(Region)), ("face", get_args(Face))):
+            if getattr(self, name) not in known:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; {known} are known")
+        for name in ("block", "area", "height", "yaw", "tilt", "start", "heading", "foot"):
             spatial.to_float64(getattr(self, name), name)
         if min(self.block) <= 0 or self.area <= 0:
             raise ValueError(f"block is {self.block} and area {self.area}; positive lengths are needed")
         if self.area > min(self.block):
             raise ValueError(f"area is {self.area}; the block is {self.block}, and smaller")
-        if self.height[0] > self.height[1]:
-            raise ValueError(f"height is {self.height}; the lower limit is above the upper one")
+        for name in ("height", "yaw"):
+            if getattr(self, name)[0] > getattr(self, name)[1]:
+                raise ValueError(f"{name} is {getattr(self, name)}; the lower limit is above the upper one")
         if not 0 <= self.tilt <= math.pi / 2:
             raise ValueError(f"tilt is {self.tilt}; 0 to π/2 is needed")
         beside = [side > self.area for side in self.block]
@@ -94,18 +126,25 @@ class DockingProblem:
         for name in ("manipulability_weight", "distance_weight"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"{name} is {getattr(self, name)}; 0 or a positive number is needed")
-        points = spatial.to_float64(self.points, "points")
-        if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
-            raise ValueError(f"points has shape {tuple(points.shape)}; (m, 3) with m ≥ 1 is needed")
-        if (points[:, :2].abs() > points.new_tensor(self.block) / 2).any():
+        points = self.control_points
+        if (points[:, self._lie.along].abs() > points.new_tensor(self.block) / 2).any():
             raise ValueError("points holds some beyond the block")
 
+    @cached_property
+    def control_points(self) -> Float64[Tensor, "m 3"]:
+        """Points that the area manipulability is taken over."""
+        return control_points(square(self.area / 2, face=self.face) if self.points is None else self.points)
+
     @property
+    def _lie(self) -> _Lie:
+        return _LIES[self.face]
+
+    @cached_property
     def lower(self) -> Float64[Tensor, " d"]:
         """Lower limits of a pose, of 4 numbers or, with tilt, of 6."""
         return self._limits(-1)
 
-    @property
+    @cached_property
     def upper(self) -> Float64[Tensor, " d"]:
         """Upper limits of a pose, of 4 numbers or, with tilt, of 6."""
         return self._limits(1)
@@ -114,28 +153,32 @@ class DockingProblem:
     def boxes(self) -> tuple[tuple[Tensor, Tensor], ...]:
         """Limits (d) and (d) of boxes that together are the group W_d."""
         edge = self.lower.new_tensor(self.area / 2)
-        whole = [(low, high) for low, high in zip(self.lower[:2], self.upper[:2], strict=True)]
-        beside = [[(low, -edge), (edge, high)] for low, high in whole]
+        beside = {i: [(self.lower[i], -edge), (edge, self.upper[i])] for i in self._lie.along}
         if self.region == "and":
-            sides = [(x, y) for x in beside[0] for y in beside[1]]
+            sides = [dict(zip(beside, sides, strict=True)) for sides in itertools.product(*beside.values())]
         else:
-            sides = [(x, whole[1]) for x in beside[0]] + [(whole[0], y) for y in beside[1]]
-        return tuple(
-            (torch.stack([x[0], y[0], *self.lower[2:]]), torch.stack([x[1], y[1], *self.upper[2:]]))
-            for x, y in sides
-            if x[0] <= x[1] and y[0] <= y[1]
-        )
+            sides = [{i: side} for i, both in beside.items() for side in both]
+        boxes = []
+        for side in sides:
+            lower, upper = self.lower.clone(), self.upper.clone()
+            for i, (low, high) in side.items():
+                lower[i], upper[i] = low, high
+            if (lower <= upper).all():
+                boxes.append((lower, upper))
+        return tuple(boxes)
 
     def _limits(self, side: int) -> Tensor:
-        place = [side * extent / 2 for extent in self.block]
+        place = torch.empty(3, dtype=torch.float64)
+        place[list(self._lie.along)] = side * place.new_tensor(self.block) / 2
+        place[self._lie.normal] = self._lie.outwards * self.height[side * self._lie.outwards > 0]
         tilt = [side * self.tilt] * 2 if self.tilt else []
-        return torch.tensor([*place, self.height[side > 0], *tilt, side * math.pi], dtype=torch.float64)
+        return torch.cat([place, place.new_tensor([*tilt, self.yaw[side > 0]])])
 
     def allows(self, pose: TensorLike) -> Bool[Tensor, "*batch"]:
         """Tell which poses (..., 4) or (..., 6) are in the group W_d of Eq. 14."""
         pose = self._poses(pose)
         inside = ((pose >= self.lower) & (pose <= self.upper)).all(-1)
-        beside = pose[..., :2].abs() >= self.area / 2
+        beside = pose[..., self._lie.along].abs() >= self.area / 2
         return inside & (beside.all(-1) if self.region == "and" else beside.any(-1))
 
     def distance(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
@@ -144,12 +187,12 @@ class DockingProblem:
         return (self._foot(self._poses(pose)) - before).norm(dim=-1)
 
     def _foot(self, pose: Tensor) -> Tensor:
-        T = base_pose(pose)
-        return T[..., :3, :3] @ pose.new_tensor(self.foot) + T[..., :3, 3]
+        return spatial.apply(base_pose(pose), pose.new_tensor(self.foot))
 
     def area_manipulability(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
         """Area manipulability M_a over the control points, Eq. 1."""
-        return area_manipulability(self.arm, self._poses(pose), self.points, self.tool)
+        tool = self._lie.tool if self.tool is None else self.tool
+        return area_manipulability(self.arm, self._poses(pose), self.control_points, tool)
 
     def objective(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
         """Objective a M_a − b D of Eq. 8, wherever the pose is."""

@@ -80,7 +80,7 @@ class View(torch.nn.Module):
         origin = q.new_zeros(*q.shape[:-1], 3)
         for joint, screw in enumerate(self.carriers):
             back = spatial.exp(-screw * q[..., joint, None])
-            origin = (back[..., :3, :3] @ origin[..., None])[..., 0] + back[..., :3, 3]
+            origin = spatial.apply(back, origin)
         return origin
 
 

@@ -25,8 +25,8 @@ def source_key(module_name: str) -> str:
 
     That is the module itself and every module of the package that it imports, directly or through others,
     at its top or inside a function, except `dexterity.report`; the data files, except papers and results;
-    and, in a source tree, `environment.lock`. The `__init__` of a package on the way to a module counts;
-    what it imports counts only where a name is taken from it.
+    and, in a source tree, `environment.lock`. The `__init__` of a package on the way to a module counts,
+    but not what it imports and lists, unless a name is taken from it.
 
     Parameters
     ----------
@@ -85,7 +85,19 @@ def _syntax_trees(module_name: str) -> dict[str, ast.Module]:
             trees[name] = _parse(name)
             waiting.extend(_imports(name, trees[name]))
     on_the_way = {package for name in trees for package in _packages_above(name)}
-    return trees | {name: _parse(name) for name in on_the_way - trees.keys()}
+    return trees | {name: _without_listing(_parse(name)) for name in on_the_way - trees.keys()}
+
+
+def _without_listing(package: ast.Module) -> ast.Module:
+    """Leave out what a package imports and `__all__`, which do nothing for a module inside of it."""
+    package.body = [node for node in package.body if not _lists(node)]
+    return package
+
+
+def _lists(node: ast.stmt) -> bool:
+    if isinstance(node, ast.Assign):
+        return any(isinstance(target, ast.Name) and target.id == "__all__" for target in node.targets)
+    return isinstance(node, ast.Import | ast.ImportFrom)
 
 
 def _imports(module_name: str, tree: ast.Module) -> Iterator[str]:

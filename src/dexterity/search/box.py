@@ -11,7 +11,7 @@ from torch import Tensor
 from dexterity import spatial
 from dexterity.spatial import TensorLike
 
-__all__ = ["Objective", "evaluated", "limits"]
+__all__ = ["Objective", "evaluated", "limits", "steps"]
 
 Objective: TypeAlias = Callable[[Tensor], Tensor]
 """Values (N) of points (N, d); larger is better."""
@@ -35,6 +35,22 @@ def limits(lower: TensorLike, upper: TensorLike) -> tuple[Tensor, Tensor]:
         i = int((low > high).nonzero()[0])
         raise ValueError(f"lower is {low[i].item()} and upper {high[i].item()} at variable {i}")
     return low, high
+
+
+def steps(value: TensorLike, name: str, variables: int) -> Tensor:
+    """Return positive numbers (d), one a variable.
+
+    Raises
+    ------
+    ValueError
+        If they are not as many, or one is not positive.
+    """
+    each = spatial.to_float64(value, name)
+    if each.shape != (variables,) or (each <= 0).any():
+        raise ValueError(
+            f"{name} is {each.tolist()}; {variables} positive numbers are needed, one a variable"
+        )
+    return each
 
 
 def evaluated(objective: Objective, points: Tensor) -> Tensor:

@@ -15,8 +15,8 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import spatial
-from dexterity.search.box import Objective, evaluated, limits
+from dexterity.search import box
+from dexterity.search.box import Objective
 from dexterity.spatial import TensorLike
 
 __all__ = ["Chromosome", "GeneticOptions", "GeneticSearch", "Stop", "genetic_search"]
@@ -123,13 +123,8 @@ class Chromosome:
         ValueError
             If the limits make no box, or a precision is not positive.
         """
-        low, high = limits(lower, upper)
-        steps = spatial.to_float64(precision, "precision")
-        if steps.shape != low.shape or (steps <= 0).any():
-            raise ValueError(
-                f"precision is {steps.tolist()}; {len(low)} positive numbers are needed, one a variable"
-            )
-        values = (high - low) / steps + 1
+        low, high = box.limits(lower, upper)
+        values = (high - low) / box.steps(precision, "precision", len(low)) + 1
         return cls(low, high, tuple(max(1, math.ceil(math.log2(n) - 1e-9)) for n in values.tolist()))
 
     @property
@@ -182,13 +177,13 @@ def genetic_search(
     chromosome = Chromosome.of(lower, upper, precision)
     size = (options.population, chromosome.length)
     genes = torch.rand(size, generator=generator) < 0.5
-    values = evaluated(objective, chromosome.decoded(genes))
+    values = box.evaluated(objective, chromosome.decoded(genes))
     history, points = [values.max().item()], [chromosome.decoded(genes[values.argmax()][None])[0]]
     best, since, stop = history[0], 0, Stop.GENERATIONS
     for generation in range(options.generations):
         left = 1 - generation / options.generations
         genes = _next_generation(genes, values, left, options, generator)
-        values = evaluated(objective, chromosome.decoded(genes))
+        values = box.evaluated(objective, chromosome.decoded(genes))
         history.append(values.max().item())
         points.append(chromosome.decoded(genes[values.argmax()][None])[0])
         best, since = (history[-1], 0) if history[-1] > best else (best, since + 1)

@@ -13,8 +13,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
-from dexterity.search.box import Objective, evaluated, limits
+from dexterity.search import box
+from dexterity.search.box import Objective
 from dexterity.spatial import TensorLike
 
 __all__ = ["ZoomOptions", "ZoomSearch", "zoom_search"]
@@ -108,12 +108,8 @@ def zoom_search(
     ValueError
         If the limits or the steps do not fit, or the objective answers with NaN or another shape.
     """
-    low, high = limits(lower, upper)
-    wanted = spatial.to_float64(steps, "steps")
-    if wanted.shape != low.shape or (wanted <= 0).any():
-        raise ValueError(
-            f"steps is {wanted.tolist()}; {len(low)} positive numbers are needed, one a variable"
-        )
+    low, high = box.limits(lower, upper)
+    wanted = box.steps(steps, "steps", len(low))
     counts = [math.ceil(n - 1e-9) + 1 for n in ((high - low) / wanted).tolist()]
     values = _on_grid(objective, low, high, counts)
     starts = _apart(values, counts, options.starts)
@@ -129,7 +125,7 @@ def zoom_search(
         turned = offsets @ _random_rotation(len(low), turns) if stage % 2 else offsets
         around = points[:, None] + width * spacing * turned
         around = torch.minimum(torch.maximum(around, low), high)
-        seen = evaluated(objective, around.flatten(0, 1)).view(len(points), -1)
+        seen = box.evaluated(objective, around.flatten(0, 1)).view(len(points), -1)
         evaluations += seen.numel()
         found, at = seen.max(dim=1)
         better = found > best
@@ -147,7 +143,7 @@ def _random_rotation(size: int, generator: torch.Generator) -> Tensor:
 def _on_grid(objective: Objective, low: Tensor, high: Tensor, counts: list[int]) -> Tensor:
     """Values of all points of a grid, the last variable fastest."""
     numbers = torch.arange(math.prod(counts)).split(_AT_ONCE)
-    return torch.cat([evaluated(objective, _grid_points(some, low, high, counts)) for some in numbers])
+    return torch.cat([box.evaluated(objective, _grid_points(some, low, high, counts)) for some in numbers])
 
 
 def _grid_points(numbers: Tensor, low: Tensor, high: Tensor, counts: list[int]) -> Tensor:

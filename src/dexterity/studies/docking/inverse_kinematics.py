@@ -200,12 +200,9 @@ def by_three_subproblems(arm: Chain, T: Tensor) -> Tensor:
     shoulder, wrist = arm.joint_frames(torch.zeros(6))[[1, 4], :3, 3]
     moved = T @ spatial.inverse(arm.home)
 
-    def there(motion: Tensor, point: Tensor) -> Tensor:
-        return motion[..., :3, :3] @ point + motion[..., :3, 3]
-
-    centre = there(moved, wrist)
+    centre = spatial.apply(moved, wrist)
     third = subproblem_3(S[2], wrist, shoulder, (centre - shoulder).norm(dim=-1))
-    bent = there(spatial.exp(S[2] * third[..., None]), wrist)
+    bent = spatial.apply(spatial.exp(S[2] * third[..., None]), wrist)
     arm_pairs = subproblem_2(S[0], S[1], bent, centre[..., None, :])
     third = third[..., None].expand(arm_pairs.shape[:-1])
     first_three = torch.cat([arm_pairs, third[..., None]], dim=-1).flatten(-3, -2)
@@ -213,11 +210,11 @@ def by_three_subproblems(arm: Chain, T: Tensor) -> Tensor:
     for i in range(3):
         left = spatial.exp(-S[i] * first_three[..., i, None]) @ left
     along, beside = wrist + wrist.new_tensor([1, 0, 0]), wrist + wrist.new_tensor([0, 1, 0])
-    wrist_pairs = subproblem_2(S[3], S[4], along, there(left, along))
+    wrist_pairs = subproblem_2(S[3], S[4], along, spatial.apply(left, along))
     left = left[..., None, :, :]
     for i in range(2):
         left = spatial.exp(-S[3 + i] * wrist_pairs[..., i, None]) @ left
-    sixth = subproblem_1(S[5], beside, there(left, beside))
+    sixth = subproblem_1(S[5], beside, spatial.apply(left, beside))
     first_three = first_three[..., None, :].expand(*wrist_pairs.shape[:-1], 3)
     return torch.cat([first_three, wrist_pairs, sixth[..., None]], dim=-1).flatten(-3, -2)
 
@@ -244,7 +241,7 @@ def _other_elbow(branches: Tensor, q: Tensor) -> int:
 
 def _apart(a: Tensor, b: Tensor) -> Tensor:
     """Largest difference (...) of joint values, full turns apart."""
-    return (torch.remainder(a - b + math.pi, math.tau) - math.pi).abs().amax(-1)
+    return spatial.wrap_to_pi(a - b).abs().amax(-1)
 
 
 def _round_trip(arm: Chain, config: Config) -> RoundTrip:

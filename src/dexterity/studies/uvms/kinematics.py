@@ -328,7 +328,7 @@ def _twist_error(chain: Chain, q: Tensor) -> float:
     error = 0.0
     for i, (screw, kind) in enumerate(zip(chain.screws, chain.kinds, strict=True)):
         T = spatial.exp(screw * q[:, i, None])
-        moved = (T[:, :3, :3] @ points[i]) + T[:, :3, 3]
+        moved = spatial.apply(T, points[i])
         expected = points[i] + (q[:, i, None] * screw[:3] if kind == "prismatic" else 0.0)
         error = max(error, _largest(moved - expected))
     return error
