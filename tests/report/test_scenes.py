@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 import uuid
-import warnings
 import zlib
 from collections.abc import Callable
 from importlib import resources
@@ -26,13 +25,9 @@ from numpy.typing import NDArray
 import dexterity as dx
 from dexterity import indices, robots
 from dexterity.indices import Ellipsoid
+from dexterity.report import scenes, shapes
+from dexterity.report.scenes import Scene
 from serial_chains import random_robot
-
-with warnings.catch_warnings():
-    # meshcat's server, which is never started, imports a part of zmq that is about to go.
-    warnings.filterwarnings("ignore", "zmq.eventloop.ioloop is deprecated", DeprecationWarning)
-    from dexterity.report import scenes, shapes
-    from dexterity.report.scenes import Scene
 
 Array = NDArray[np.float64]
 Command = dict[str, Any]
@@ -134,7 +129,7 @@ def still(scene: Scene) -> bytes:
 def uvms_scene(q: Array = REST, **options: Any) -> Scene:
     scene = Scene("The vehicle and its arm", **options)
     scene.add_chain(UVMS, q, name="uvms")
-    scene.add_vehicle((1.0, 1.5, 1.0), on="uvms")
+    scene.add_box((1.0, 1.5, 1.0), on="uvms", name="vehicle")
     return scene
 
 
@@ -367,7 +362,7 @@ def test_the_vehicle_moves_with_its_joints() -> None:
 def test_a_vehicle_can_stand_anywhere() -> None:
     pose = dx.spatial.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
     scene = Scene("A box")
-    scene.add_vehicle((1, 2, 3), pose=pose)
+    scene.add_box((1, 2, 3), pose=pose, name="vehicle")
     np.testing.assert_allclose(in_world(transforms(scene), "vehicle"), pose, atol=1e-5)
     (geometry,) = objects(scene)["vehicle/body"]["geometries"]
     assert [geometry[side] for side in ("width", "height", "depth")] == [1, 2, 3]
@@ -489,14 +484,14 @@ BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
     "name taken": ("name", lambda s: s.add_chain(UVMS, REST, name="uvms")),
     "name taken by another kind": ("name", lambda s: s.add_path([[0, 0, 0], [1, 0, 0]], name="uvms")),
     "name with a slash": ("name", lambda s: s.add_path([[0, 0, 0], [1, 0, 0]], name="a/b")),
-    "name empty": ("name", lambda s: s.add_vehicle((1, 1, 1), name="")),
+    "name empty": ("name", lambda s: s.add_box((1, 1, 1), name="")),
     "color": ("color", lambda s: s.add_chain(UVMS, REST, name="other", color="bleu")),
-    "size": ("size", lambda s: s.add_vehicle((1, 0, 1), name="v")),
-    "size too short": ("size", lambda s: s.add_vehicle((1, 1), name="v")),
-    "on": ("on", lambda s: s.add_vehicle((1, 1, 1), name="v", on="nobody")),
-    "joint": ("joint", lambda s: s.add_vehicle((1, 1, 1), name="v", on="uvms", joint=13)),
-    "joint zero": ("joint", lambda s: s.add_vehicle((1, 1, 1), name="v", on="uvms", joint=0)),
-    "pose": ("pose", lambda s: s.add_vehicle((1, 1, 1), name="v", pose=2 * np.eye(4))),
+    "size": ("size", lambda s: s.add_box((1, 0, 1), name="v")),
+    "size too short": ("size", lambda s: s.add_box((1, 1), name="v")),
+    "on": ("on", lambda s: s.add_box((1, 1, 1), name="v", on="nobody")),
+    "joint": ("joint", lambda s: s.add_box((1, 1, 1), name="v", on="uvms", joint=13)),
+    "joint zero": ("joint", lambda s: s.add_box((1, 1, 1), name="v", on="uvms", joint=0)),
+    "pose": ("pose", lambda s: s.add_box((1, 1, 1), name="v", pose=2 * np.eye(4))),
     "ellipsoid of six dimensions": (
         "ellipsoid.axes",
         lambda s: s.add_ellipsoid(indices.velocity_ellipsoid(UVMS.geometric_jacobian(REST)), [0, 0, 0]),

@@ -122,10 +122,15 @@ def base_pose(pose: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     pose = _poses(pose)
     zero = torch.zeros_like(pose[..., 0])
     roll, pitch = (pose[..., 3], pose[..., 4]) if pose.shape[-1] == 6 else (zero, zero)
-    turn = torch.stack([zero, zero, pose[..., -1]], dim=-1)
-    tilt, lean = (torch.stack(parts, dim=-1) for parts in ([zero, pitch, zero], [roll, zero, zero]))
-    R = _rotation(turn) @ _rotation(tilt) @ _rotation(lean)
-    return spatial.pose(R, pose[..., :3])
+    (cr, sr), (cp, sp), (cy, sy) = ((angle.cos(), angle.sin()) for angle in (roll, pitch, pose[..., -1]))
+    x, y, z = pose[..., :3].unbind(-1)
+    rows = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, x],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, y],
+        [-sp, cp * sr, cp * cr, z],
+        [zero, zero, zero, torch.ones_like(zero)],
+    ]
+    return torch.stack([torch.stack(row, dim=-1) for row in rows], dim=-2)
 
 
 def on_base(arm: Chain, pose: TensorLike) -> Chain:
@@ -251,7 +256,3 @@ def control_points(points: TensorLike) -> Float64[Tensor, "m 3"]:
 def _orientation(tool: TensorLike) -> Tensor:
     R = spatial.to_float64(tool, "tool")
     return spatial.pose(R, torch.zeros(3, dtype=torch.float64))[:3, :3]
-
-
-def _rotation(vector: Tensor) -> Tensor:
-    return spatial.exp(torch.cat([torch.zeros_like(vector), vector], dim=-1))[..., :3, :3]

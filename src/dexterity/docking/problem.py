@@ -183,8 +183,11 @@ class DockingProblem:
 
     def distance(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
         """Distance D [m] that the vehicle's foot covers from the start, Eqs. 3–7."""
-        before = self._foot(torch.tensor([*self.start, self.heading], dtype=torch.float64))
-        return (self._foot(self._poses(pose)) - before).norm(dim=-1)
+        return (self._foot(self._poses(pose)) - self._foot_before).norm(dim=-1)
+
+    @cached_property
+    def _foot_before(self) -> Tensor:
+        return self._foot(torch.tensor([*self.start, self.heading], dtype=torch.float64))
 
     def _foot(self, pose: Tensor) -> Tensor:
         return spatial.apply(base_pose(pose), pose.new_tensor(self.foot))

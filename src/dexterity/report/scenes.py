@@ -170,17 +170,17 @@ class Scene:
         if axes:
             self._add_axes(chain, joints, 0.18 * size)
 
-    def add_vehicle(
+    def add_box(
         self,
         size: TensorLike,
         *,
         on: str | None = None,
         joint: int = 6,
         pose: TensorLike | None = None,
-        name: str = "vehicle",
+        name: str = "box",
         color: str = "sky blue",
     ) -> None:
-        """Draw the body of a vehicle as a translucent box.
+        """Draw a translucent box, such as the body of a vehicle.
 
         Parameters
         ----------
