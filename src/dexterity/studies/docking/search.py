@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -89,54 +89,53 @@ class Config:
 
     Attributes
     ----------
-    seeds, alone_seeds
-        Runs of the genetic algorithm with the stated weights, and with b = 0.
+    seeds
+        Of the runs of the genetic algorithm with the stated weights.
+    alone_runs, peer_runs, ratio_runs
+        How many of these seeds are taken with b = 0, beside the peers, and for each of the ratios.
     step, turn_step
         First grid of the search by grids, [m] and [rad].
     starts, stages, shrink
         How it goes on.
     evolutions
         Runs of differential evolution in each box, for the true optimum.
-    peer_seeds
-        Runs of each method at equal evaluations.
     climbs
         Climbs by gradients, from random poses that are allowed.
     generations
         Largest number of generations.
     ratios
         Weights b/a [m²] for which the optimum is found once more.
-    ratio_seeds
-        Runs of the genetic algorithm for each.
     timed
         Whether times are taken.
     """
 
-    seeds: int = 30
-    alone_seeds: int = 10
+    seeds: tuple[int, ...] = tuple(range(30))
+    alone_runs: int = 10
     step: float = 0.05
     turn_step: float = 0.1
     starts: int = 3
     stages: int = 120
     shrink: float = 0.85
     evolutions: int = 1
-    peer_seeds: int = 3
+    peer_runs: int = 3
     climbs: int = 10
     generations: int = 500
     ratios: tuple[float, ...] = ()
-    ratio_seeds: int = 1
+    ratio_runs: int = 1
     timed: bool = True
 
 
 CONFIGS: Mapping[str, Config] = {
     "smoke": Config(
-        seeds=2, alone_seeds=1, step=0.2, turn_step=0.4, starts=1, stages=3, peer_seeds=1, climbs=1,
+        seeds=(0, 1), alone_runs=1, step=0.2, turn_step=0.4, starts=1, stages=3, peer_runs=1, climbs=1,
         generations=3, ratios=(0.01,), timed=False,
     ),
     "book": Config(),
     "full": Config(
-        seeds=100, alone_seeds=30, starts=8, stages=300, shrink=0.9, evolutions=6, peer_seeds=30, climbs=200,
+        seeds=tuple(range(100)), alone_runs=30, starts=8, stages=300, shrink=0.9, evolutions=6, peer_runs=30,
+        climbs=200,
         ratios=(0.0, 0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064, 0.128),
-        ratio_seeds=20,
+        ratio_runs=20,
     ),
 }  # fmt: skip
 """What runs at each scale."""
@@ -407,7 +406,7 @@ def _case(problem: DockingProblem, config: Config) -> Case:
         optimum=optimum,
         alone=_optimum(alone, config),
         runs=runs,
-        runs_alone=_runs(alone, config.alone_seeds, config),
+        runs_alone=_runs(alone, config.seeds[: config.alone_runs], config),
         peers=_peers(problem, runs, config),
         flat=(problem.area_manipulability(poses) == 0).double().mean().item(),
         climbed=_climbed(problem, optimum.fitness, config),
@@ -462,13 +461,13 @@ def _turned(pose: Tensor, quarters: int) -> Tensor:
 
 def _at_ratio(problem: DockingProblem, ratio: float, config: Config) -> tuple[float, float, float]:
     weighed = dataclasses.replace(problem, distance_weight=ratio * problem.manipulability_weight)
-    found, runs = _by_grids(weighed, config), _runs(weighed, config.ratio_seeds, config)
+    found, runs = _by_grids(weighed, config), _runs(weighed, config.seeds[: config.ratio_runs], config)
     return found.area_manipulability, found.distance, float(runs.in_quarter.mean())
 
 
-def _runs(problem: DockingProblem, seeds: int, config: Config) -> Runs:
+def _runs(problem: DockingProblem, seeds: Sequence[int], config: Config) -> Runs:
     options = GeneticOptions(generations=config.generations)
-    found = [docking.genetic_docking(problem, seed, options) for seed in range(seeds)]
+    found = [docking.genetic_docking(problem, seed, options) for seed in seeds]
     searches = [docked.search for docked in found]
     poses = torch.stack([docked.pose for docked in found])
     over_area = docking.largest_manipulability(problem.arm, poses, _FINE)
@@ -486,13 +485,13 @@ def _runs(problem: DockingProblem, seeds: int, config: Config) -> Runs:
 
 def _peers(problem: DockingProblem, runs: Runs, config: Config) -> dict[str, NDArray[np.float64]]:
     """Best fitness by each method, with as many evaluations as the genetic run of the same seed."""
-    budgets = runs.evaluations[: config.peer_seeds].tolist()
+    budgets = list(zip(config.seeds, runs.evaluations[: config.peer_runs].tolist(), strict=False))
     return {
-        "genetic": runs.fitness[: config.peer_seeds],
+        "genetic": runs.fitness[: config.peer_runs],
         "differential evolution": np.array(
-            [_by_evolution(problem, budget, seed) for seed, budget in enumerate(budgets)]
+            [_by_evolution(problem, budget, seed) for seed, budget in budgets]
         ),
-        "CMA-ES": np.array([_by_cma(problem, budget, seed) for seed, budget in enumerate(budgets)]),
+        "CMA-ES": np.array([_by_cma(problem, budget, seed) for seed, budget in budgets]),
     }
 
 
