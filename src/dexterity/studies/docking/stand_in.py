@@ -4,7 +4,8 @@ Sotiropoulos, Aspragathos & Andritsos (2011) take four control points, Eq. 1, an
 slower. Here it is taken over a grid of 441, and a network is trained to answer for it. It is judged by its
 error, by its speed beside that of the exact measure over many points and over few, and by what it is for: to
 rank many poses, so that the dear measure has to look at the first of them alone. Everything is done for the
-arm as stated and for the fitted one. No claim of the paper is judged.
+arm as stated and for the fitted one. The question is that of Sotiropoulos, Aspragathos & Geffard (2012); no
+claim of a ledger is judged.
 
 Chosen beforehand: poses are those that the docking problem allows by its text and from which all corners are
 within the length of the arm, since the rest is told by a distance. The network sees the middle of the area
