@@ -11,6 +11,7 @@ from torch.testing import assert_close
 import dexterity as dx
 from dexterity.docking import DockingProblem, genetic_docking, global_docking, square
 from dexterity.search import ZoomOptions
+from dexterity.search.genetic import Chromosome
 
 ARM = dx.robots.docking_arm()
 QUICK = ZoomOptions(starts=4, shrink=0.8, stages=80)
@@ -23,6 +24,16 @@ def vector(*numbers: float) -> torch.Tensor:
 
 
 # ---- parts -----------------------------------------------------------------------------------------
+
+
+def test_the_edge_of_the_group_belongs_to_it_whatever_rounding_says():
+    x = Chromosome.of(AND.lower, AND.upper, [0.01] * 4).decoded(torch.ones(1, 29, dtype=torch.bool))[0]
+    assert AND.allows(x)
+    step = 2.0 / 255
+    for edge in (-1 + 102 * step, -1 + 153 * step):
+        assert abs(edge) == pytest.approx(0.2, abs=1e-15)
+        assert AND.allows([edge, edge, 0.2, 0.0])
+    assert not AND.allows([0.2 - 1e-9, 0.3, 0.2, 0.0])
 
 
 def test_distance_is_what_the_foot_covers():

@@ -33,6 +33,9 @@ Region: TypeAlias = Literal["and", "or"]
 """Whether the base is beside the task area in x *and* y, as Eq. 14 has it, or in either, as the text says."""
 
 
+_EDGE = 1e-12  # [m] and [rad]
+
+
 class _Lie(NamedTuple):
     """How a face lies in G: its two directions, its normal and on which side of it outside is, its tool."""
 
@@ -175,10 +178,11 @@ class DockingProblem:
         return torch.cat([place, place.new_tensor([*tilt, self.yaw[side > 0]])])
 
     def allows(self, pose: TensorLike) -> Bool[Tensor, "*batch"]:
-        """Tell which poses (..., 4) or (..., 6) are in the group W_d of Eq. 14."""
+        """Tell which poses (..., 4) or (..., 6) are in the group W_d of Eq. 14, its edges included."""
         pose = self._poses(pose)
-        inside = ((pose >= self.lower) & (pose <= self.upper)).all(-1)
-        beside = pose[..., self._lie.along].abs() >= self.area / 2
+        # The best poses are on edges, which rounding must not put outside.
+        inside = ((pose >= self.lower - _EDGE) & (pose <= self.upper + _EDGE)).all(-1)
+        beside = pose[..., self._lie.along].abs() >= self.area / 2 - _EDGE
         return inside & (beside.all(-1) if self.region == "and" else beside.any(-1))
 
     def distance(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:

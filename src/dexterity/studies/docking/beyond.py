@@ -2,8 +2,10 @@
 
 Sotiropoulos, Aspragathos & Andritsos (2011). The best pose is looked for with ever more control points, and
 judged by the smallest w over a fine grid; then with roll and pitch set free; then at the side of the block.
-Nothing is weighed against distance here (b = 0), except at the side. A quarter turn about the middle of the
-task area maps the boxes of the group onto each other and leaves M_a alone, so one box is enough.
+Nothing is weighed against distance here (b = 0), except at the side. A tilted vehicle must keep its body off
+the block, so that its poses are judged by `hovering_worth` and not by the problem alone. A quarter turn about
+the middle of the task area maps the boxes of the group onto each other and leaves M_a alone, so that one box
+is enough.
 
 What decides a verdict was set beforehand: the method *extends easily* if genetic runs with the paper's sizes
 come to 95 % of the true optimum in the median, and *in shape* if to 80 %.
@@ -14,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import torch
@@ -21,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 from torch import Tensor
 
-from dexterity import docking, robots
+from dexterity import docking, robots, spatial
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
 from dexterity.docking.problem import Region
@@ -29,7 +32,8 @@ from dexterity.report.claims import Acceptance, Outcome, Verdict
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
 from dexterity.report.timing import Way, measure
-from dexterity.search import GeneticOptions, ZoomOptions, zoom_search
+from dexterity.search import GeneticOptions, ZoomOptions, genetic_search, zoom_search
+from dexterity.search.box import Objective
 from dexterity.search.zoom import ZoomSearch
 
 __all__ = [
@@ -42,6 +46,8 @@ __all__ = [
     "acceptance",
     "at_side",
     "hover_table",
+    "hovering_worth",
+    "lowest_point",
     "point_table",
     "run",
     "side_table",
@@ -53,6 +59,8 @@ TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
 """What a probe may miss by, since rounding errors come out a little different on every processor."""
 
 _REGIONS: tuple[Region, ...] = ("and", "or")
+_BODY = (1.5, 1.2, 0.2)  # [m], how far the vehicle reaches behind the base, across, and below it
+_ROUNDING = 1e-9
 _FINE, _FINEST = 21, 161  # a side; the finest has all points of the coarser ones
 
 
@@ -100,8 +108,8 @@ CONFIGS: Mapping[str, Config] = {
     ),
     "book": Config(),
     "full": Config(
-        per_sides=(2, 3, 5, 9, 21), tilts=(0.1, 0.2, 0.3, 0.4), steps=0.05, turn_step=0.1, starts=8,
-        stages=200, shrink=0.9, evolutions=4, seeds=tuple(range(30)),
+        per_sides=(2, 3, 5, 9, 21), tilts=(0.1, 0.2, 0.3), steps=0.05, turn_step=0.1, starts=8,
+        stages=200, shrink=0.9, evolutions=3, seeds=tuple(range(30)),
     ),
 }  # fmt: skip
 """What runs at each scale."""
@@ -151,6 +159,11 @@ class Best:
     value: float
     evolved: float
     genetic: NDArray[np.float64]
+
+    @property
+    def lowest(self) -> float:
+        """Height z [m] of the lowest point of the vehicle's body."""
+        return lowest_point(torch.tensor(self.pose, dtype=torch.float64)).item()
 
     @property
     def share(self) -> NDArray[np.float64]:
@@ -205,18 +218,18 @@ def at_side(arm: Chain, region: Region) -> DockingProblem:
     """Return the problem of docking upright at the side of the block, straight ahead of the start.
 
     The vehicle comes from 2 m before the side, and holds on to it with a foot 0.2 m ahead of the arm's base.
-    It may turn by a quarter to either side.
+    It may turn by 0.3 rad to either side, so that its bow stays clear.
     """
     return DockingProblem(
         arm, region=region, face="side", start=(-2.0, 0.0, 0.0), heading=0.0, foot=(0.2, 0.0, -0.3),
-        yaw=(-math.pi / 2, math.pi / 2),
+        yaw=(-0.3, 0.3),
     )  # fmt: skip
 
 
 def _on_points(arm: Chain, region: Region, per_side: int, config: Config) -> OnPoints:
     points = docking.square(0.2, per_side)
     problem = DockingProblem(arm, region=region, points=points, distance_weight=0.0)
-    pose = _by_grids(problem, problem.boxes[0], config).point
+    pose = _by_grids(problem, problem.objective, problem.boxes[0], config).point
     finest = docking.largest_manipulability(arm, pose, docking.square(0.2, _FINEST))
     return OnPoints(
         pose=tuple(pose.tolist()),
@@ -227,40 +240,69 @@ def _on_points(arm: Chain, region: Region, per_side: int, config: Config) -> OnP
     )
 
 
+def lowest_point(pose: Tensor) -> Tensor:
+    """Return z [m] (...) of the lowest corner of the vehicle's body, from poses (..., 4) or (..., 6)."""
+    x, y, z = _BODY
+    corners = torch.cartesian_prod(
+        pose.new_tensor([-x, 0]), pose.new_tensor([-y / 2, y / 2]), pose.new_tensor([-z])
+    )
+    return spatial.apply(docking.base_pose(pose)[..., None, :, :], corners)[..., 2].amin(-1)
+
+
+def hovering_worth(problem: DockingProblem, pose: Tensor) -> Tensor:
+    """Return the objective (...) of poses; where the body is in the block, how deep it is, below zero."""
+    depth = lowest_point(pose).clamp(max=0)
+    return torch.where(depth < -_ROUNDING, depth, problem.objective(pose))
+
+
 def _hovering(arm: Chain, region: Region, tilt: float, config: Config) -> Best:
-    problem = DockingProblem(arm, region=region, tilt=tilt, distance_weight=0.0)
-    return _best(problem, problem.boxes[:1], config)
+    problem = DockingProblem(arm, region=region, tilt=tilt, height=(0.2, 0.5), distance_weight=0.0)
+
+    def fitness(pose: Tensor) -> Tensor:
+        return torch.where(problem.allows(pose), hovering_worth(problem, pose), 0.0)
+
+    return _best(problem, partial(hovering_worth, problem), fitness, problem.boxes[:1], config)
 
 
 def _at_side(arm: Chain, region: Region, config: Config) -> Best:
     problem = at_side(arm, region)
-    return _best(problem, problem.boxes, config)
+    return _best(problem, problem.objective, problem.fitness, problem.boxes, config)
 
 
-def _best(problem: DockingProblem, boxes: Sequence[tuple[Tensor, Tensor]], config: Config) -> Best:
-    found = max((_by_grids(problem, box, config) for box in boxes), key=lambda search: search.value)
-    options = GeneticOptions(generations=config.generations)
+def _best(
+    problem: DockingProblem,
+    objective: Objective,
+    fitness: Objective,
+    boxes: Sequence[tuple[Tensor, Tensor]],
+    config: Config,
+) -> Best:
+    """Search boxes for the largest objective, and the whole range by genetic runs for the largest fitness."""
+    found = max(
+        (_by_grids(problem, objective, box, config) for box in boxes), key=lambda search: search.value
+    )
     return Best(
         pose=tuple(found.point.tolist()),
         area_manipulability=problem.area_manipulability(found.point).item(),
         value=found.value,
         evolved=max(
-            _evolved(problem, box, seed, config) for box in boxes for seed in range(config.evolutions)
+            _evolved(objective, box, seed, config) for box in boxes for seed in range(config.evolutions)
         ),
-        genetic=np.array([docking.genetic_docking(problem, seed, options).fitness for seed in config.seeds]),
+        genetic=np.array([_genetic(problem, fitness, seed, config) for seed in config.seeds]),
     )
 
 
-def _by_grids(problem: DockingProblem, box: tuple[Tensor, Tensor], config: Config) -> ZoomSearch:
+def _by_grids(
+    problem: DockingProblem, objective: Objective, box: tuple[Tensor, Tensor], config: Config
+) -> ZoomSearch:
     """Grids of three values a variable, since there are up to six."""
     tilts = [problem.tilt] * (len(problem.lower) - 4)
     options = ZoomOptions(starts=config.starts, levels=3, shrink=config.shrink, stages=config.stages)
-    return zoom_search(problem.objective, *box, [*[config.steps] * 3, *tilts, config.turn_step], options)
+    return zoom_search(objective, *box, [*[config.steps] * 3, *tilts, config.turn_step], options)
 
 
-def _evolved(problem: DockingProblem, box: tuple[Tensor, Tensor], seed: int, config: Config) -> float:
+def _evolved(objective: Objective, box: tuple[Tensor, Tensor], seed: int, config: Config) -> float:
     found = differential_evolution(
-        lambda x: -problem.objective(torch.tensor(x.T)).numpy(),
+        lambda x: -objective(torch.tensor(x.T)).numpy(),
         list(zip(*(limit.tolist() for limit in box), strict=True)),
         seed=seed, popsize=30, maxiter=config.generations, tol=1e-10, atol=1e-10,
         vectorized=True, updating="deferred", polish=False,
@@ -268,8 +310,15 @@ def _evolved(problem: DockingProblem, box: tuple[Tensor, Tensor], seed: int, con
     return -float(found.fun)
 
 
+def _genetic(problem: DockingProblem, fitness: Objective, seed: int, config: Config) -> float:
+    options = GeneticOptions(generations=config.generations)
+    generator = torch.Generator().manual_seed(seed)
+    precision = [0.01] * len(problem.lower)
+    return genetic_search(fitness, problem.lower, problem.upper, precision, generator, options).value
+
+
 def _rates() -> dict[str, float]:
-    """Evaluate the same random poses with ever more control points."""
+    """Evaluate random poses, the fewer the more control points."""
     problem = DockingProblem(robots.docking_arm())
     random = torch.Generator().manual_seed(0)
     unit = torch.rand(20_000, 4, generator=random, dtype=torch.float64)
@@ -310,6 +359,7 @@ def hover_table(result: Result) -> dict[str, dict[str, str]]:
             "x, y, z [m], (roll, pitch,) ψ [rad]": _told(best.pose),
             "M_a [m³]": f"{best.area_manipulability:.4f}",
             "by evolution": f"{best.evolved / DockingProblem.manipulability_weight:.4f}",
+            "lowest point [mm]": f"{1e3 * best.lowest:.0f}",
             "genetic [% of the best]": with_range(100 * best.share, "{:.1f}".format),
         }
         for name, by_tilt in result.hover.items()
@@ -371,12 +421,18 @@ def verdicts(result: Result) -> tuple[Verdict, ...]:
 
 
 def acceptance(result: Result) -> tuple[Acceptance, ...]:
-    """Figures that must hold for the book to be built."""
+    """Return the figures that must hold; a run that takes no times searches too little to be held to them."""
+    if not result.rates:
+        return ()
+    bests = {
+        f"{name}, tilt to {tilt} rad": best
+        for name, by_tilt in result.hover.items()
+        for tilt, best in by_tilt.items()
+    }
+    bests |= {f"{name}, side": best for name, best in result.side.items()}
     return tuple(
-        Acceptance(f"smallest w on the finest grid above that of the points, {name}, {count}", above, 1e-12)
-        for name, by_count in result.points.items()
-        for count, best in by_count.items()
-        for above in (best.finest - best.at_points,)
+        Acceptance(f"difference of the two methods, {name}", abs(best.evolved / best.value - 1), 0.02)
+        for name, best in bests.items()
     )
 
 
