@@ -1,5 +1,7 @@
 """More control points, a hovering vehicle and a vertical surface: the stored optima, against the package."""
 
+import math
+
 import pytest
 import torch
 
@@ -40,6 +42,19 @@ def test_more_points_find_a_pose_with_a_stronger_weakest_spot(case):
 def test_four_points_are_enough_where_the_corners_are_weakest(case):
     by_count = result().points[case]
     assert by_count["4"].fine == pytest.approx(by_count["441"].fine, rel=1e-3)
+
+
+def test_a_tilted_body_must_stay_off_the_block():
+    level, rolled, raised = torch.tensor(
+        [[-0.4, 0, 0.2, 0, 0, 0.5], [-0.4, 0, 0.2, 0.2, 0, 0.5], [-0.4, 0, 0.4, 0.2, 0, 0.5]],
+        dtype=torch.float64,
+    )
+    assert study.lowest_point(level).item() == pytest.approx(0.0, abs=1e-15)
+    assert study.lowest_point(rolled).item() == pytest.approx(0.2 - 0.2 * math.cos(0.2) - 0.6 * math.sin(0.2))
+    problem = docking.DockingProblem(arm_of("stated"), region="or", tilt=0.3, height=(0.2, 0.5))
+    assert study.hovering_worth(problem, rolled) == study.lowest_point(rolled)
+    assert study.lowest_point(raised) > 0
+    assert study.hovering_worth(problem, raised) == problem.objective(raised)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -72,7 +72,15 @@ def test_two_methods_found_the_stored_optimum(case, weights):
     assert problem.allows(pose)
     assert problem.area_manipulability(pose).item() == pytest.approx(best.area_manipulability, rel=1e-9)
     # A quarter turn about the middle of the area changes nothing for the arm.
-    assert np.ptp(best.images) < 1e-12
+    assert np.ptp([dexterity for dexterity, _ in best.images]) < 1e-12
+
+
+@pytest.mark.parametrize("case", study.problems())
+def test_no_run_beats_the_optimum_and_some_find_the_best_of_the_lattice(case):
+    found = load_stored("docking.search").run.result.cases[case]
+    assert found.share(found.runs).max() <= 1 + 1e-9
+    assert found.optimum.on_lattice <= found.optimum.fitness + 1e-9
+    assert found.lattice_share(found.runs).max() > 0.99
 
 
 def test_scenes_show_the_vehicle_where_it_docks():

@@ -916,7 +916,8 @@ def _on_table_3(result: Result) -> tuple[Verdict, ...]:
             "best-run", Outcome.of(printed.same_order and set(_best_runs(printed).values()) == {1.0}),
             _by_name("run {:.0f} is the best ({})", _best_runs(printed)), "by M_a at the printed poses",
             f"The printed columns {'have' if printed.same_order else 'do not have'} one order. Of the seven "
-            f"poses {reached[STATED]} reach all corners with the stated arm, {reached[FITTED]} with the other.",
+            f"poses {reached[STATED]} reach all corners with the stated arm, {reached[FITTED]} with the "
+            "other.",
         ),
     )  # fmt: skip
 
