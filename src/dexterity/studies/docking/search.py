@@ -637,7 +637,7 @@ def _printed_values(claim: str) -> NDArray[np.float64]:
 def best_weights(
     fitness: NDArray[np.float64], dexterity: NDArray[np.float64], distance: NDArray[np.float64]
 ) -> tuple[float, tuple[float, float]]:
-    """Return the smallest t with |a M_a − b D − f| ≤ t + rounding for all runs, and its a, b ≥ 0.
+    """Return the least that a M_a − b D misses f by in some run, beyond rounding, and its a, b ≥ 0.
 
     Parameters
     ----------
