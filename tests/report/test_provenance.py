@@ -78,14 +78,20 @@ def test_the_scale_chooses_the_config(study, monkeypatch):
             remember(STUDY)
 
 
-@pytest.mark.parametrize(
-    "name", [SOURCE, "src/dexterity/base.py", "data/robots/arm.toml", "environment.lock"]
-)
+@pytest.mark.parametrize("name", [SOURCE, "src/dexterity/base.py", "data/robots/arm.toml"])
 def test_an_edit_that_can_change_the_result_makes_it_run_again(root, study, name):
     first = remember(STUDY)
     edit(root / name)
     assert remember(STUDY).source_key != first.source_key
     assert len(study.RUNS) == 2
+
+
+@pytest.mark.parametrize(("pins", "runs"), [("numpy==2.4.7\n", 2), ("numpy==2.4.6\nscipy==1.17.1\n", 1)])
+def test_a_new_pin_makes_it_run_again_where_the_study_uses_what_is_pinned(root, study, pins, runs):
+    remember(STUDY)
+    write(root / "environment.lock", pins)
+    remember(STUDY)
+    assert len(study.RUNS) == runs
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,42 @@ def test_data_counts_except_papers_and_results(root, name, counts):
     assert (source_key(STUDY) != key) == counts
 
 
+@pytest.mark.parametrize(
+    ("pin", "counts"),
+    [
+        ("scikit-learn==1.9.1", True),
+        ("numpy==2.4.6", True),
+        ("threadpoolctl==3.8.0", True),
+        ("sympy==1.14.0", False),
+        ("# Made by make lock", False),
+    ],
+)
+@pytest.mark.parametrize("statement", ["import sklearn.svm", "def f():\n    from sklearn.svm import SVC"])
+def test_of_the_pins_those_count_that_the_imports_need(root, statement, pin, counts):
+    lock = root / "environment.lock"
+    pins = ["numpy==2.4.6", "scikit-learn==1.9.1", "sympy==1.14.0", "threadpoolctl==3.8.0"]
+    write(lock, "\n".join(["# Made by make lock", *pins]))
+    module = module_that_does(root, statement)
+    key = source_key(module)
+    replace(lock, pin, f"{pin}.1")
+    assert (source_key(module) != key) == counts
+
+
+def test_what_only_report_imports_needs_no_pin(root):
+    replace(root / "src/dexterity/report/claims.py", "from dexterity", "import sympy\nfrom dexterity")
+    write(root / "environment.lock", "numpy==2.4.6\nsympy==1.14.0\n")
+    key = source_key(STUDY)
+    replace(root / "environment.lock", "1.14.0", "1.15.0")
+    assert source_key(STUDY) == key
+
+
+def test_every_pin_counts_where_an_import_is_not_known(root):
+    module = module_that_does(root, "import nowhere_to_be_found")
+    key = source_key(module)
+    replace(root / "environment.lock", "2.4.6", "2.4.7")
+    assert source_key(module) != key
+
+
 def test_renaming_a_data_file_changes_the_key(root):
     key = source_key(STUDY)
     (root / "data/robots/arm.toml").rename(root / "data/robots/leg.toml")
@@ -145,9 +181,9 @@ def test_a_key_does_not_depend_on_where_the_repository_lies(root, tmp_path, monk
 
 def test_nothing_is_imported(root):
     module = module_that_does(root, "raise RuntimeError\nfrom dexterity.middle import g\n")
-    before = set(sys.modules)
+    ours = {name for name in sys.modules if name.startswith("dexterity")}
     source_key(module)
-    assert set(sys.modules) == before
+    assert {name for name in sys.modules if name.startswith("dexterity")} == ours
 
 
 @pytest.mark.parametrize("statement", ["import dexterity.nowhere", "from dexterity.nowhere import x"])

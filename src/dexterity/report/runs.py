@@ -35,7 +35,7 @@ class Run:
     seconds
         How long it took, [s].
     source_key
-        Key of the code, the data and the lock.
+        Key of the code, the data and the pins of what the code imports.
     lock_hash
         Key of the environment's lock; None where there is none.
     machine

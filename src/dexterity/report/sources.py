@@ -1,4 +1,4 @@
-"""What a result was made from: the code that a study uses, the data, and the lock.
+"""What a result was made from: the code that a study uses, the data, and the pins of what the code imports.
 
 Imports are followed through the files on disk; nothing is imported. A module counts with its syntax tree,
 docstrings removed, so that a result outlives an edit of prose and no other.
@@ -6,11 +6,13 @@ docstrings removed, so that a result outlives an edit of prose and no other.
 
 import ast
 import re
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator
 from importlib.util import resolve_name
 from pathlib import Path
 
 from dexterity import store
+from dexterity.report.pins import counted_pins
 
 __all__ = ["last_change", "lock_hash", "source_key", "tree_key"]
 
@@ -25,7 +27,8 @@ def source_key(module_name: str) -> str:
 
     That is the module itself and every module of the package that it imports, directly or through others,
     at its top or inside a function, except `dexterity.report`; the data files, except papers and results;
-    and, in a source tree, `environment.lock`. The `__init__` of a package on the way to a module counts,
+    and, in a source tree, the pins of `environment.lock` on which these modules' other imports depend, see
+    :func:`dexterity.report.pins.counted_pins`. The `__init__` of a package on the way to a module counts,
     but not what it imports and lists, unless a name is taken from it.
 
     Parameters
@@ -47,12 +50,16 @@ def source_key(module_name: str) -> str:
     A module imported by a computed name is not seen. Syntax trees, and so the keys, differ between minor
     versions of Python.
     """
-    code = {name: _code_of(tree) for name, tree in _syntax_trees(module_name).items()}
-    return store.content_key(code, _contents(_data_files()), lock_hash())
+    trees = _syntax_trees(module_name)
+    code = {name: _code_of(tree) for name, tree in trees.items()}
+    return store.content_key(code, _contents(_data_files()), _pins(trees.values()))
 
 
 def last_change(module_name: str) -> float:
-    """Return when the newest of the files that `source_key` looks at was changed, [s] since the epoch."""
+    """Return when the newest of the files that `source_key` looks at was changed, [s] since the epoch.
+
+    The lock is one of them, whichever of its pins count.
+    """
     modules = map(_file_of, _syntax_trees(module_name))
     lock = filter(None, [_lock_file()])
     return max(file.stat().st_mtime for file in (*modules, *_data_files().values(), *lock))
@@ -73,6 +80,22 @@ def tree_key() -> str:
 def _lock_file() -> Path | None:
     root = store.repository()
     return lock if root and (lock := root / "environment.lock").is_file() else None
+
+
+def _pins(trees: Iterable[ast.Module]) -> dict[str, str] | None:
+    lock = _lock_file()
+    return counted_pins(lock.read_text("utf-8"), set().union(*map(_foreign, trees))) if lock else None
+
+
+def _foreign(tree: ast.Module) -> set[str]:
+    """Top-level names, neither this package's nor Python's, that a module imports anywhere."""
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.add(node.module)
+    return {name.partition(".")[0] for name in names} - {_PACKAGE} - sys.stdlib_module_names
 
 
 def _syntax_trees(module_name: str) -> dict[str, ast.Module]:
