@@ -15,6 +15,7 @@ from dexterity import (
     spatial,
     symbolic,
     tasks,
+    workspace,
 )
 from dexterity.chain import Chain
 
@@ -32,4 +33,5 @@ __all__ = [
     "spatial",
     "symbolic",
     "tasks",
+    "workspace",
 ]

@@ -1,0 +1,442 @@
+"""The data of paper C: manipulators of its family, poses, labels and Jacobians, in the paper's columns.
+
+What is drawn follows the public sampler of the paper's authors. The numbers d₃, d₄, a₂, a₃ are uniform in
+[0, 0.5] m, positions in a cube of ±0.4 m, and three angles in [0, 2π] make the orientation Rx Ry Rz.
+
+A set is made of chunks, each from a generator of its own, so that it is the same however many processes share
+the work.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeVar
+
+import joblib
+import numpy as np
+import torch
+from jaxtyping import Bool, Float64
+from torch import Tensor
+
+from dexterity import spatial, store
+from dexterity.spatial import TensorLike
+from dexterity.workspace.dynamics import DynamicParameters, ratio_at
+from dexterity.workspace.reachability import TWISTS, frames, in_tool_axes, inverse, reachable
+
+__all__ = [
+    "COLUMNS",
+    "CONSTANT_COLUMNS",
+    "KINEMATIC_COLUMNS",
+    "LARGEST_LENGTH",
+    "RANGES",
+    "ConfidenceData",
+    "JacobianData",
+    "Samples",
+    "Scaling",
+    "confidence_data",
+    "features",
+    "jacobian_data",
+    "rotation",
+    "write_csv",
+]
+
+LARGEST_LENGTH = 0.5
+"""Up to where d₃, d₄, a₂ and a₃ are drawn, [m]."""
+
+_HALF_SIDE = 0.4  # [m]
+_CHUNK = 50_000
+
+RANGES: Mapping[str, tuple[float, float]] = {
+    "mass": (0.0, 10.0),
+    "centre": (-0.05, 0.05),
+    "inertia": (0.0, 1.0),
+    "viscous": (0.0, 0.005),
+    "coulomb": (0.0, 0.5),
+    "gear": (-50.0, 50.0),
+    "motor": (0.0, 5e-4),
+}
+"""Where the dynamic parameters are drawn; Coulomb friction backwards is negative."""
+
+KINEMATIC_COLUMNS: Mapping[str, slice] = {
+    "d": slice(0, 6),
+    "a": slice(6, 12),
+    "alpha": slice(12, 18),
+    "position": slice(18, 21),
+    "angles": slice(21, 24),
+}
+"""Columns of a manipulator without dynamic parameters, 24 in all."""
+
+COLUMNS: Mapping[str, slice] = {
+    "d": slice(0, 6),
+    "a": slice(6, 12),
+    "alpha": slice(12, 18),
+    "mass": slice(18, 24),
+    "centre": slice(24, 42),
+    "inertia": slice(42, 60),
+    "viscous": slice(60, 66),
+    "coulomb": slice(66, 78),
+    "gear": slice(78, 84),
+    "motor": slice(84, 90),
+    "position": slice(90, 93),
+    "angles": slice(93, 96),
+}
+"""Columns of a manipulator with dynamic parameters, 96 in all."""
+
+CONSTANT_COLUMNS = (0, 1, *range(4, 7), *range(9, 18))
+"""Columns that are the same for all manipulators."""
+
+
+class Samples(NamedTuple):
+    """Manipulators with a pose each.
+
+    Attributes
+    ----------
+    links
+        (n, 4) d₃, d₄, a₂, a₃ [m].
+    position
+        (n, 3) of the tool in the base [m].
+    angles
+        (n, 3) about x, y and z [rad].
+    dynamics
+        Dynamic parameters, where there are any.
+    """
+
+    links: Tensor
+    position: Tensor
+    angles: Tensor
+    dynamics: DynamicParameters | None = None
+
+    def rotation(self) -> Tensor:
+        """Rotations (n, 3, 3) of the tool to the base."""
+        return rotation(self.angles)
+
+    def rows(self, where: Tensor) -> Samples:
+        """Return some of the samples, by their numbers or by a mask."""
+        dynamics = None if self.dynamics is None else self.dynamics.rows(where)
+        return Samples(self.links[where], self.position[where], self.angles[where], dynamics)
+
+
+class ConfidenceData(NamedTuple):
+    """Samples, and whether each pose is in reach."""
+
+    samples: Samples
+    reachable: Bool[Tensor, " n"]
+
+
+class JacobianData(NamedTuple):
+    """Samples in reach, and the geometric Jacobian (n, 6, 6) of the branch left, up, no flip."""
+
+    samples: Samples
+    jacobian: Float64[Tensor, "n 6 6"]
+
+    def in_frame(self, frame: Literal["world", "tool"]) -> Tensor:
+        """Jacobians (n, 6, 6) in the axes of the base or of the tool."""
+        return self.jacobian if frame == "world" else in_tool_axes(self.jacobian, self.samples.rotation())
+
+
+def rotation(angles: TensorLike) -> Float64[Tensor, "*batch 3 3"]:
+    """Rotation Rx Ry Rz of three angles (..., 3) [rad].
+
+    Raises
+    ------
+    ValueError
+        If the last axis is not 3, or an angle is not finite.
+    """
+    angles = spatial.to_float64(angles, "angles")
+    if angles.shape[-1:] != (3,):
+        raise ValueError(f"angles has shape {tuple(angles.shape)}; (..., 3) is needed")
+    (cx, cy, cz), (sx, sy, sz) = angles.cos().unbind(-1), angles.sin().unbind(-1)
+    rows = [
+        [cy * cz, -cy * sz, sy],
+        [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -sx * cy],
+        [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+    ]
+    return torch.stack([torch.stack(row, -1) for row in rows], -2)
+
+
+# ---- drawing ---------------------------------------------------------------------------------------
+
+
+def confidence_data(
+    count: int, seed: int, dynamics: bool = False, redraw: float = 0.75, workers: int = 1
+) -> ConfidenceData:
+    """Draw manipulators and poses, and tell which poses are in reach.
+
+    Parameters
+    ----------
+    count
+        Number of samples.
+    seed
+        Of all draws; the same seed gives the same set, whatever `workers` is.
+    dynamics
+        Whether the manipulators have dynamic parameters.
+    redraw
+        Probability that a pose out of reach is replaced by another one, again and again, by which the set
+        comes to hold more poses in reach.
+    workers
+        Processes that share the work; −1 for all cores.
+
+    Raises
+    ------
+    ValueError
+        If `count` is not positive or `redraw` is not in [0, 1).
+    """
+    if not 0 <= redraw < 1:
+        raise ValueError(f"redraw is {redraw}; a probability below 1 is needed")
+    chunk = partial(_confidence_chunk, dynamics=dynamics, redraw=redraw)
+    return _joined(_in_chunks(chunk, count, seed, workers))
+
+
+def _confidence_chunk(size: int, random: torch.Generator, dynamics: bool, redraw: float) -> ConfidenceData:
+    links, parameters = _manipulators(size, random, dynamics)
+    samples = Samples(links, *_poses(size, random), parameters)
+    reach = reachable(links, samples.position)
+    again = (~reach).nonzero()[:, 0]
+    while len(again := again[_uniform(random, len(again)) < redraw]):
+        position, angles = _poses(len(again), random)
+        samples.position[again], samples.angles[again] = position, angles
+        reach[again] = reachable(links[again], position)
+        again = again[~reach[again]]
+    return ConfidenceData(samples, reach)
+
+
+def jacobian_data(
+    count: int,
+    seed: int,
+    dynamics: bool = True,
+    poses: int = 50,
+    threshold: float = 0.03,
+    workers: int = 1,
+) -> JacobianData:
+    """Draw manipulators, each with a pose in reach, and their Jacobians.
+
+    Parameters
+    ----------
+    count
+        Number of samples.
+    seed
+        Of all draws; the same seed gives the same set, whatever `workers` is.
+    dynamics
+        Whether the manipulators have dynamic parameters, and a pose is kept only if their inertia at the tool
+        point is even enough.
+    poses
+        How many poses a manipulator is tried with before another one is drawn.
+    threshold
+        Asada's ratio above which a pose is kept.
+    workers
+        Processes that share the work; −1 for all cores.
+
+    Raises
+    ------
+    ValueError
+        If `count` or `poses` is not positive, or `threshold` is not in [0, 1).
+    """
+    if poses < 1:
+        raise ValueError(f"poses is {poses}; at least 1 is needed")
+    if not 0 <= threshold < 1:
+        raise ValueError(f"threshold is {threshold}; a ratio from 0 and below 1 is needed")
+    chunk = partial(_jacobian_chunk, dynamics=dynamics, poses=poses, threshold=threshold)
+    return _joined(_in_chunks(chunk, count, seed, workers))
+
+
+def _jacobian_chunk(
+    size: int, random: torch.Generator, dynamics: bool, poses: int, threshold: float
+) -> JacobianData:
+    found: list[JacobianData] = []
+    while (missing := size - sum(len(data.jacobian) for data in found)) > 0:
+        links, parameters = _manipulators(missing, random, dynamics)
+        found.extend(_tried(links, parameters, random, poses, threshold))
+    return _joined(found)
+
+
+def _tried(
+    links: Tensor, dynamics: DynamicParameters | None, random: torch.Generator, poses: int, threshold: float
+) -> Iterator[JacobianData]:
+    """Try manipulators with poses until each has one that is kept, or has had enough of them."""
+    left = torch.arange(len(links))
+    for _ in range(poses):
+        if not len(left):
+            return
+        position, angles = _poses(len(left), random)
+        reach = reachable(links[left], position)
+        tried = left[reach]
+        samples = Samples(
+            links[tried],
+            position[reach],
+            angles[reach],
+            None if dynamics is None else dynamics.rows(tried),
+        )
+        kept, data = _kept(samples, threshold)
+        yield data
+        still = torch.ones(len(links), dtype=torch.bool)
+        still[tried[kept]] = False
+        left = left[still[left]]
+
+
+def _kept(samples: Samples, threshold: float) -> tuple[Tensor, JacobianData]:
+    q, _ = inverse(samples.links, spatial.pose(samples.rotation(), samples.position))
+    placed = frames(samples.links, q)
+    J = placed.jacobian()
+    if samples.dynamics is None:
+        return torch.ones(len(J), dtype=torch.bool), JacobianData(samples, J)
+    kept = ratio_at(placed, samples.dynamics) > threshold
+    return kept, JacobianData(samples.rows(kept), J[kept])
+
+
+def _manipulators(
+    count: int, random: torch.Generator, dynamics: bool
+) -> tuple[Tensor, DynamicParameters | None]:
+    links = LARGEST_LENGTH * _uniform(random, count, 4)
+    if not dynamics:
+        return links, None
+    shapes = {name: (count, 6, 3) if name in ("centre", "inertia") else (count, 6) for name in RANGES}
+    shapes["coulomb"] = (count, 6, 2)
+    drawn = {
+        name: low + (high - low) * _uniform(random, *shapes[name]) for name, (low, high) in RANGES.items()
+    }
+    drawn["coulomb"][..., 1] *= -1
+    return links, DynamicParameters(**drawn)
+
+
+def _poses(count: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
+    return _HALF_SIDE * (2 * _uniform(random, count, 3) - 1), math.tau * _uniform(random, count, 3)
+
+
+def _uniform(random: torch.Generator, *shape: int) -> Tensor:
+    return torch.rand(*shape, generator=random, dtype=torch.float64)
+
+
+_Data = TypeVar("_Data", ConfidenceData, JacobianData)
+
+
+def _in_chunks(
+    chunk: Callable[[int, torch.Generator], _Data], count: int, seed: int, workers: int
+) -> list[_Data]:
+    if count < 1:
+        raise ValueError(f"count is {count}; at least 1 is needed")
+    sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
+    seeds = np.random.SeedSequence(seed).generate_state(len(sizes), np.uint64)
+    calls = (
+        joblib.delayed(chunk)(size, torch.Generator().manual_seed(int(own)))
+        for size, own in zip(sizes, seeds, strict=True)
+    )
+    return list(joblib.Parallel(n_jobs=workers)(calls))
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    """Join the tensors of like tuples, one after the other."""
+    first = parts[0]
+    if first is None:
+        return None
+    if isinstance(first, Tensor):
+        return torch.cat(list(parts))
+    return type(first)(*map(_joined, zip(*parts, strict=True)))
+
+
+# ---- columns ---------------------------------------------------------------------------------------
+
+
+def features(samples: Samples) -> Float64[Tensor, "n columns"]:
+    """Return samples in the paper's columns: 96 with dynamic parameters (`COLUMNS`), 24 without."""
+    d3, d4, a2, a3 = samples.links.unbind(-1)
+    nothing = torch.zeros_like(d3)
+    rows = [nothing, nothing, d3, d4, nothing, nothing, nothing, a2, a3, *[nothing] * 3]
+    rows += [torch.full_like(d3, twist) for twist in TWISTS]
+    parameters = () if samples.dynamics is None else (part.flatten(1) for part in samples.dynamics)
+    return torch.cat([torch.stack(rows, -1), *parameters, samples.position, samples.angles], -1)
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """A shift and a scale for each column, fitted to a training set.
+
+    Attributes
+    ----------
+    centre
+        (columns) what becomes zero.
+    unit
+        (columns) what becomes one beyond it; 1 where a column is constant, which becomes zero.
+    """
+
+    centre: Float64[Tensor, " columns"]
+    unit: Float64[Tensor, " columns"]
+
+    @classmethod
+    def to_unit_deviation(cls, train: Float64[Tensor, "n columns"]) -> Scaling:
+        """Scale to mean 0 and standard deviation 1."""
+        return cls(train.mean(0), _or_one(train.std(0, correction=0), train))
+
+    @classmethod
+    def to_range(cls, train: Float64[Tensor, "n columns"]) -> Scaling:
+        """Scale the smallest value to −1 and the largest to 1."""
+        low, high = train.amin(0), train.amax(0)
+        return cls((low + high) / 2, _or_one((high - low) / 2, train))
+
+    def apply(self, x: Float64[Tensor, "n columns"]) -> Float64[Tensor, "n columns"]:
+        """Scale rows."""
+        return (x - self.centre) / self.unit
+
+    def undo(self, x: Float64[Tensor, "n columns"]) -> Float64[Tensor, "n columns"]:
+        """Return rows as they were before they were scaled."""
+        return x * self.unit + self.centre
+
+
+def _or_one(unit: Tensor, train: Tensor) -> Tensor:
+    # The mean of equal numbers may be off by rounding, and so may their deviation.
+    return torch.where(train.amax(0) > train.amin(0), unit, 1.0)
+
+
+def write_csv(
+    folder: Path | str,
+    train: ConfidenceData | JacobianData,
+    test: ConfidenceData | JacobianData,
+    frame: Literal["world", "tool"] = "tool",
+) -> tuple[Path, ...]:
+    """Write a set under the names of the paper's files, without headings: features and labels of both parts.
+
+    The files begin with ``conf`` for confidence labels, with ``jacob`` for Jacobians in the axes of the tool
+    and with ``jacob0`` for those in the axes of the base, written row by row.
+
+    Parameters
+    ----------
+    folder
+        Where to; it is made if it is missing, and older files of these names are replaced.
+    train, test
+        The parts.
+    frame
+        Axes of the Jacobians.
+
+    Returns
+    -------
+    The four files.
+
+    Raises
+    ------
+    ValueError
+        If one part has Jacobians and the other one labels, or one has dynamic parameters and the other none.
+    """
+    if type(train) is not type(test) or (train.samples.dynamics is None) != (test.samples.dynamics is None):
+        raise ValueError("train and test are sets of different kinds")
+    if isinstance(train, ConfidenceData):
+        prefix, middle = "conf", "" if train.samples.dynamics is None else "_dyna"
+    else:
+        prefix, middle = "jacob0" if frame == "world" else "jacob", ""
+    written = []
+    for part, data in (("test", test), ("train", train)):
+        labels = (
+            data.reachable[:, None] if isinstance(data, ConfidenceData) else data.in_frame(frame).flatten(1)
+        )
+        for kind, values in (("feature", features(data.samples)), ("label", labels)):
+            path = Path(folder) / f"{prefix}_{kind}{middle}_{part}.csv"
+            text = io.StringIO()
+            np.savetxt(
+                text, values.numpy(), fmt="%d" if values.dtype == torch.bool else "%.17g", delimiter=","
+            )
+            store.write_atomically(path, text.getvalue())
+            written.append(path)
+    return tuple(written)

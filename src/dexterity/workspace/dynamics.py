@@ -1,0 +1,142 @@
+"""Inertia of the arms of paper C as the tool point feels it, and how evenly: Asada's ratio.
+
+The paper keeps a pose in its Jacobian data only if the arm's inertia at the tool point is even enough. The
+dynamic parameters decide that, and nothing else: no label depends on them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Float64
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.spatial import TensorLike
+from dexterity.workspace.reachability import Frames, frames
+
+__all__ = ["DynamicParameters", "asada_ratio", "cartesian_inertia", "joint_inertia"]
+
+_SINGULAR = 1e-9  # [m³] of the determinant of the Jacobian, below which a pose has no inertia at its tool
+
+
+class DynamicParameters(NamedTuple):
+    """What the six links weigh and how the motors turn; each with leading batch axes.
+
+    Attributes
+    ----------
+    mass
+        (..., 6) [kg].
+    centre
+        (..., 6, 3) centres of mass in the links' frames [m].
+    inertia
+        (..., 6, 3) principal moments about the centres of mass, along the axes of the links' frames [kg m²].
+    viscous
+        (..., 6) viscous friction [N m s/rad].
+    coulomb
+        (..., 6, 2) Coulomb friction forwards and backwards [N m].
+    gear
+        (..., 6) gear ratios; the sign is the motor's sense.
+    motor
+        (..., 6) moments of inertia of the motors [kg m²].
+    """
+
+    mass: Tensor
+    centre: Tensor
+    inertia: Tensor
+    viscous: Tensor
+    coulomb: Tensor
+    gear: Tensor
+    motor: Tensor
+
+    def rows(self, where: Tensor) -> DynamicParameters:
+        """Return the parameters of some manipulators of a batch, by their numbers or by a mask."""
+        return DynamicParameters(*(part[where] for part in self))
+
+
+def joint_inertia(
+    links: TensorLike, dynamics: DynamicParameters, q: TensorLike
+) -> Float64[Tensor, "*batch 6 6"]:
+    """Inertia matrix M(q) of the arm with its motors.
+
+    Parameters
+    ----------
+    links
+        (..., 4) d₃, d₄, a₂, a₃ [m].
+    dynamics
+        Parameters with the same batch axes. Friction plays no part.
+    q
+        (..., 6) joint angles [rad].
+
+    Returns
+    -------
+    Torque per joint acceleration [kg m²].
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, a length is negative, or something is not finite.
+
+    References
+    ----------
+    Siciliano et al. (2009), Robotics: Modelling, Planning and Control, Eq. 7.32.
+    """
+    return _joint_inertia(frames(links, q), dynamics)
+
+
+def _joint_inertia(placed: Frames, dynamics: DynamicParameters) -> Tensor:
+    R, origins = placed.rotations[..., 1:, :, :], placed.origins
+    axes = placed.rotations[..., :6, :, 2]
+    centres = origins[..., 1:, :] + (R @ dynamics.centre[..., None])[..., 0]
+    # A joint moves the links behind it.
+    moves = torch.ones(6, 6, dtype=axes.dtype).tril()[..., None]
+    linear = moves * torch.linalg.cross(
+        axes[..., None, :, :], centres[..., :, None, :] - origins[..., None, :6, :]
+    )
+    angular = moves * torch.einsum("...ikl,...jk->...ijl", R, axes)
+    M = torch.einsum("...i,...ijk,...ilk->...jl", dynamics.mass, linear, linear)
+    M = M + torch.einsum("...ik,...ijk,...ilk->...jl", dynamics.inertia, angular, angular)
+    return M + torch.diag_embed(dynamics.gear.square() * dynamics.motor)
+
+
+def cartesian_inertia(
+    links: TensorLike, dynamics: DynamicParameters, q: TensorLike
+) -> Float64[Tensor, "*batch 3 3"]:
+    """Inertia of the tool point, the translational block of J⁻ᵀ M J⁻¹; zero where the arm is singular.
+
+    The arguments and errors are those of :func:`joint_inertia`.
+
+    Returns
+    -------
+    Force per acceleration of the tool point whose angular acceleration is zero [kg].
+
+    References
+    ----------
+    Asada (1983), A geometrical representation of manipulator dynamics and its application to arm design.
+    """
+    links, q = spatial.to_float64(links, "links"), spatial.to_float64(q, "q")
+    return _cartesian_inertia(frames(links, q), dynamics)
+
+
+def _cartesian_inertia(placed: Frames, dynamics: DynamicParameters) -> Tensor:
+    M, J = _joint_inertia(placed, dynamics), placed.jacobian()
+    regular = (torch.linalg.det(J).abs() >= _SINGULAR)[..., None, None]
+    unit = torch.eye(6, dtype=J.dtype)
+    rates = torch.linalg.solve(torch.where(regular, J, unit), unit[:, :3])
+    return torch.where(regular, rates.mT @ M @ rates, 0.0)
+
+
+def asada_ratio(links: TensorLike, dynamics: DynamicParameters, q: TensorLike) -> Float64[Tensor, "*batch"]:
+    """Smallest over largest principal inertia at the tool point, from 0 to 1; 0 where the arm is singular.
+
+    The arguments and errors are those of :func:`joint_inertia`.
+    """
+    return ratio_at(frames(links, q), dynamics)
+
+
+def ratio_at(placed: Frames, dynamics: DynamicParameters) -> Float64[Tensor, "*batch"]:
+    """Asada's ratio of arms whose frames are placed already."""
+    principal = torch.linalg.eigvalsh(_cartesian_inertia(placed, dynamics))
+    largest = principal[..., 2]
+    return torch.where(largest > 0, principal[..., 0] / torch.where(largest > 0, largest, 1.0), 0.0)
