@@ -1,0 +1,428 @@
+"""Training of the networks of paper C: cycles of both heads, the optimisers of its figures, checkpoints.
+
+A run is a list of epochs, each of one head, with the encoder free or frozen. After every epoch all that the
+next one needs is in the checkpoint, and what an epoch draws follows from the seed and its number alone: a run
+that was killed goes on to the very weights that it would have had.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import torch
+from torch import Tensor
+from torch.nn.functional import binary_cross_entropy_with_logits, mse_loss
+from tqdm import tqdm
+
+from dexterity import store
+from dexterity.networks.threads import one_thread
+from dexterity.workspace.archive import ArchiveError, read_archive, write_archive
+from dexterity.workspace.dataset import ConfidenceData, JacobianData, Scaling
+from dexterity.workspace.jacobian_net import Architecture, Entries, Inputs, JacobianNet, encode, inputs_of
+
+__all__ = [
+    "OPTIMISERS",
+    "Epoch",
+    "Loss",
+    "Options",
+    "Rows",
+    "Training",
+    "confidence_rows",
+    "cycles",
+    "epochs",
+    "estimation_rows",
+    "network_for",
+    "train",
+]
+
+Head = Literal["confidence", "estimation"]
+
+OPTIMISERS: Mapping[str, Callable[..., torch.optim.Optimizer]] = {
+    "SGD": torch.optim.SGD,
+    "Adam": torch.optim.Adam,
+    "Adamax": torch.optim.Adamax,
+    "Nadam": torch.optim.NAdam,
+    "RMSprop": torch.optim.RMSprop,
+    "Adagrad": torch.optim.Adagrad,
+    "Adadelta": torch.optim.Adadelta,
+}
+"""Those that the paper compares, by its names."""
+
+
+class Epoch(NamedTuple):
+    """One pass over the training rows of a head.
+
+    Attributes
+    ----------
+    head
+        Which head is trained.
+    frozen
+        Whether the encoder stays as it is.
+    """
+
+    head: Head
+    frozen: bool = False
+
+
+def epochs(confidence: int = 0, estimation: int = 0) -> tuple[Epoch, ...]:
+    """Return so many epochs of each head, one head after the other, for heads that share nothing."""
+    return (Epoch("confidence"),) * confidence + (Epoch("estimation"),) * estimation
+
+
+def cycles(pretraining: int, count: int) -> tuple[Epoch, ...]:
+    """Return the schedule of the paper's section VI.B.
+
+    The encoder is trained with the estimation head first. Then each cycle trains the confidence head twice
+    with the encoder frozen, and the estimation head once with the encoder.
+
+    Parameters
+    ----------
+    pretraining
+        Epochs before the first cycle.
+    count
+        Cycles.
+    """
+    cycle = (Epoch("confidence", frozen=True),) * 2 + (Epoch("estimation"),)
+    return (Epoch("estimation"),) * pretraining + cycle * count
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a network is trained.
+
+    Attributes
+    ----------
+    schedule
+        The epochs.
+    optimiser
+        One of `OPTIMISERS`.
+    rate
+        Learning rate.
+    decay
+        Whether the rate falls to zero over the epochs of a head, along half a cosine wave.
+    batch
+        Rows a step.
+    validation
+        Share of the rows that is held out.
+    patience
+        Epochs without a better validation loss after which a run ends, with the best weights it had; None
+        for a run through the whole schedule, which keeps the last ones.
+    """
+
+    schedule: tuple[Epoch, ...]
+    optimiser: str = "Adam"
+    rate: float = 1e-3
+    decay: bool = True
+    batch: int = 1024
+    validation: float = 0.2
+    patience: int | None = None
+
+    def __post_init__(self) -> None:
+        if not self.schedule:
+            raise ValueError("schedule is empty; at least one epoch is needed")
+        if self.optimiser not in OPTIMISERS:
+            raise ValueError(f"optimiser is {self.optimiser!r}; it must be one of {', '.join(OPTIMISERS)}")
+        if not self.rate > 0 or self.batch < 2 or not 0 < self.validation < 1:
+            raise ValueError(
+                f"rate is {self.rate}, batch {self.batch}, validation {self.validation}; a positive number, "
+                "at least 2, and a share between 0 and 1 are needed"
+            )
+        if self.patience is not None and self.patience < 1:
+            raise ValueError(f"patience is {self.patience}; at least 1 epoch is needed")
+
+
+class Rows(NamedTuple):
+    """What a head is trained with: scaled inputs (n, width) and targets (n, k), in float32."""
+
+    x: Tensor
+    y: Tensor
+
+
+class Loss(NamedTuple):
+    """Mean loss of a head in an epoch, over its training steps and on the held-out rows after them."""
+
+    head: Head
+    train: float
+    validation: float
+
+
+class Training(NamedTuple):
+    """A trained network, the losses of its epochs, and whether it ran out of patience."""
+
+    network: JacobianNet
+    losses: tuple[Loss, ...]
+    stopped_early: bool
+
+
+def network_for(
+    architecture: Architecture,
+    inputs: Inputs,
+    entries: Entries,
+    data: JacobianData,
+    seed: int,
+    validation: float = 0.2,
+) -> JacobianNet:
+    """Return an untrained network whose scalings are fitted to the training part of Jacobian data.
+
+    Parameters
+    ----------
+    architecture, inputs, entries
+        As for :class:`JacobianNet`.
+    data
+        Jacobian data.
+    seed
+        Of the initial weights.
+    validation
+        Share of the rows at the end that is held out.
+    """
+    train, _ = _parted(len(data.jacobian), validation)
+    x = inputs_of(data.samples, inputs)[train]
+    y = encode(data.jacobian, data.samples, entries)[train]
+    random = torch.Generator().manual_seed(seed)
+    scalings = Scaling.to_unit_deviation(x), Scaling.to_range(y)
+    return JacobianNet(architecture, inputs, entries, *scalings, random)
+
+
+def confidence_rows(network: JacobianNet, data: ConfidenceData) -> Rows:
+    """Return rows of the confidence head."""
+    return Rows(network.scaled_inputs(data.samples), data.reachable[:, None].float())
+
+
+def estimation_rows(network: JacobianNet, data: JacobianData) -> Rows:
+    """Return rows of the estimation head."""
+    y = encode(data.jacobian, data.samples, network.entries)
+    return Rows(network.scaled_inputs(data.samples), network.scaling("out").apply(y).float())
+
+
+def train(
+    network: JacobianNet,
+    rows: Mapping[Head, Rows],
+    options: Options,
+    seed: int,
+    checkpoint: Path | str | None = None,
+    progress: bool = False,
+) -> Training:
+    """Train a network in place, on one thread.
+
+    Parameters
+    ----------
+    network
+        With its initial weights.
+    rows
+        Of each head in the schedule; the last ones are held out.
+    options
+        Schedule, optimiser and the rest.
+    seed
+        Of the order of the rows and of dropout.
+    checkpoint
+        File that the run is kept in after every epoch, and from which it goes on if it is there.
+    progress
+        Whether a bar is shown.
+
+    Raises
+    ------
+    ValueError
+        If a head of the schedule has no rows, or too few to hold some out.
+    ArchiveError
+        If the checkpoint is damaged, or of a run with another architecture, other options or other data.
+    """
+    run = _Run(network, rows, options, seed)
+    if checkpoint is not None:
+        run.resume(checkpoint)
+    with (
+        one_thread(),
+        tqdm(total=len(options.schedule), initial=len(run.losses), disable=not progress) as bar,
+    ):
+        while not run.is_over:
+            run.advance()
+            if checkpoint is not None:
+                run.keep(checkpoint)
+            bar.update()
+            bar.set_postfix_str(f"{run.losses[-1].head} {run.losses[-1].validation:.2e}")
+    run.settle()
+    return Training(network, tuple(run.losses), run.is_out_of_patience)
+
+
+class _Run:
+    """A run between two epochs."""
+
+    def __init__(self, network: JacobianNet, rows: Mapping[Head, Rows], options: Options, seed: int) -> None:
+        self.network, self.options, self.seed = network, options, seed
+        heads = dict.fromkeys(epoch.head for epoch in options.schedule)
+        if missing := [head for head in heads if head not in rows]:
+            raise ValueError(f"rows lack {', '.join(missing)}, which the schedule trains")
+        self.parts = {head: _split(rows[head], options.validation) for head in heads}
+        make = OPTIMISERS[options.optimiser]
+        self.optimisers = {head: make(self._parameters(head), lr=options.rate) for head in heads}
+        self.losses: list[Loss] = []
+        self.best = math.inf
+        self.best_epoch = 0
+        self.best_weights: dict[str, Tensor] = {}
+        self.key = {
+            "network": network.header(),
+            "options": asdict(options) | {"schedule": [list(epoch) for epoch in options.schedule]},
+            "seed": seed,
+            "data": store.content_key({head: tuple(rows[head]) for head in heads}),
+            "initial weights": store.content_key(network.state_dict()),
+        }
+
+    def _parameters(self, head: Head) -> list[Tensor]:
+        return [*self.network.encoder.parameters(), *self.network.get_submodule(head).parameters()]
+
+    @property
+    def is_out_of_patience(self) -> bool:
+        patience = self.options.patience
+        return patience is not None and len(self.losses) - self.best_epoch >= patience
+
+    @property
+    def is_over(self) -> bool:
+        return len(self.losses) == len(self.options.schedule) or self.is_out_of_patience
+
+    def advance(self) -> None:
+        """Train one epoch and look at the held-out rows."""
+        number = len(self.losses)
+        head, frozen = self.options.schedule[number]
+        random = torch.Generator().manual_seed(int(store.content_key(self.seed, number), 16) % 2**63)
+        train, held_out = self.parts[head]
+        trained = self._epoch(head, frozen, train, random)
+        self.losses.append(Loss(head, trained, self._loss_on(head, held_out)))
+        last = {loss.head: loss.validation for loss in self.losses}
+        score = sum(last.values()) if last.keys() == self.parts.keys() else math.inf
+        if self.options.patience is not None and score < self.best:
+            self.best, self.best_epoch = score, len(self.losses)
+            self.best_weights = {name: part.clone() for name, part in self.network.state_dict().items()}
+        elif math.isinf(score):
+            self.best_epoch = len(self.losses)
+
+    def _epoch(self, head: Head, frozen: bool, rows: Rows, random: torch.Generator) -> float:
+        network, optimiser = self.network, self.optimisers[head]
+        network.train()
+        network.encoder.train(not frozen)
+        network.encoder.requires_grad_(not frozen)
+        network.draw_from(random)
+        order = torch.randperm(len(rows.x), generator=random).split(self.options.batch)
+        # Batch normalisation cannot do with one row.
+        order = [batch for batch in order if len(batch) > 1]
+        total = 0.0
+        for step, batch in enumerate(order):
+            for group in optimiser.param_groups:
+                group["lr"] = self._rate(head, step / len(order))
+            optimiser.zero_grad()
+            loss = self._loss(head, Rows(rows.x[batch], rows.y[batch]))
+            loss.backward()
+            optimiser.step()
+            total += loss.item()
+        network.encoder.requires_grad_(True)
+        return total / len(order)
+
+    def _rate(self, head: Head, part: float) -> float:
+        if not self.options.decay:
+            return self.options.rate
+        done = sum(loss.head == head for loss in self.losses) + part
+        every = sum(epoch.head == head for epoch in self.options.schedule)
+        return self.options.rate * (1 + math.cos(math.pi * done / every)) / 2
+
+    def _loss(self, head: Head, rows: Rows) -> Tensor:
+        y = self.network.get_submodule(head)(self.network.encoder(rows.x))
+        return binary_cross_entropy_with_logits(y, rows.y) if head == "confidence" else mse_loss(y, rows.y)
+
+    @torch.no_grad()
+    def _loss_on(self, head: Head, rows: Rows) -> float:
+        self.network.eval()
+        parts = [
+            self._loss(head, Rows(x, y)).double() * len(x)
+            for x, y in zip(rows.x.split(_ROWS), rows.y.split(_ROWS), strict=True)
+        ]
+        return (torch.stack(parts).sum() / len(rows.x)).item()
+
+    def settle(self) -> None:
+        """Take the best weights, where patience has kept them."""
+        if self.best_weights:
+            self.network.load_state_dict(self.best_weights)
+        self.network.eval()
+
+    # ---- checkpoints ------------------------------------------------------------------------------
+
+    def keep(self, path: Path | str) -> None:
+        header = {
+            "kind": "training",
+            "run": self.key,
+            "losses": [list(loss) for loss in self.losses],
+            "best": None if math.isinf(self.best) else self.best,
+            "best epoch": self.best_epoch,
+        }
+        write_archive(path, header, dict(self._tensors()))
+
+    def _tensors(self) -> Iterator[tuple[str, Tensor]]:
+        yield from ((f"weights/{name}", part) for name, part in self.network.state_dict().items())
+        yield from ((f"best/{name}", part) for name, part in self.best_weights.items())
+        for head, optimiser in self.optimisers.items():
+            for number, state in optimiser.state_dict()["state"].items():
+                for name, part in state.items():
+                    if part is not None:
+                        yield f"{head}/{number}/{name}", part
+
+    def resume(self, path: Path | str) -> None:
+        """Go on where a checkpoint is; do nothing if there is none."""
+        try:
+            header, tensors = read_archive(path)
+        except FileNotFoundError:
+            return
+        self._require_own(header, path)
+        self.losses = [Loss(*loss) for loss in header["losses"]]
+        self.best = math.inf if header["best"] is None else header["best"]
+        self.best_epoch = header["best epoch"]
+        self.network.load_state_dict(_below("weights", tensors))
+        self.best_weights = _below("best", tensors)
+        for head, optimiser in self.optimisers.items():
+            own: dict[int, dict[str, Any]] = {}
+            for name, part in _below(head, tensors).items():
+                number, _, field = name.partition("/")
+                own.setdefault(int(number), {})[field] = part
+            optimiser.load_state_dict(optimiser.state_dict() | {"state": own})
+
+    def _require_own(self, header: Mapping[str, Any], path: Path | str) -> None:
+        if header.get("kind") != "training":
+            raise ArchiveError(f"{os.fspath(path)} is no checkpoint of a training")
+        theirs = header["run"]
+        if other := [name for name, value in self.key.items() if theirs.get(name) != _plain(value)]:
+            raise ArchiveError(
+                f"{os.fspath(path)} is the checkpoint of another run: its {', '.join(other)} differ; "
+                "give each run a file of its own"
+            )
+
+
+_ROWS = 65_536
+
+
+def _below(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    start = f"{prefix}/"
+    return {name.removeprefix(start): part for name, part in tensors.items() if name.startswith(start)}
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON makes of a value: lists for tuples."""
+    if isinstance(value, Mapping):
+        return {name: _plain(part) for name, part in value.items()}
+    return (
+        [_plain(part) for part in value]
+        if isinstance(value, Sequence) and not isinstance(value, str)
+        else value
+    )
+
+
+def _split(rows: Rows, validation: float) -> tuple[Rows, Rows]:
+    train, held_out = _parted(len(rows.x), validation)
+    return Rows(rows.x[train], rows.y[train]), Rows(rows.x[held_out], rows.y[held_out])
+
+
+def _parted(count: int, validation: float) -> tuple[slice, slice]:
+    held_out = round(validation * count)
+    if held_out < 1 or count - held_out < 2:
+        raise ValueError(f"there are {count} rows, too few to hold out a share of {validation}")
+    return slice(count - held_out), slice(count - held_out, None)
