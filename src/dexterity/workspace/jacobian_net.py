@@ -45,7 +45,7 @@ height."""
 
 Entries = Literal["tool", "world", "plane"]
 """What is predicted: the 23 entries of the body Jacobian that vary; the 21 of the geometric one, which is
-turned into the axes of the tool exactly; or 11 of these that the first four joints decide, with the arm turned
+turned into the axes of the tool exactly; or 11 that the first four joints decide, with the arm turned
 about its first axis until the position has y = 0. All others follow from these, the position and the
 orientation of the tool."""
 
