@@ -170,7 +170,8 @@ class Architecture:
     encoder, confidence, estimation
         Widths of the dense layers of the encoder, which may have none, and of the hidden ones of the heads.
     normalised
-        How many layers are followed by batch normalisation: the last of the encoder, the first of a head.
+        How many layers are followed by batch normalisation: the last ones of the encoder, and the first ones
+        of a head.
     dropout
         Share of values that is dropped behind a normalised layer in training.
     """
@@ -178,7 +179,7 @@ class Architecture:
     encoder: tuple[int, ...] = ()
     confidence: tuple[int, ...] = (128, 128, 128)
     estimation: tuple[int, ...] = (256, 256, 256)
-    normalised: int = 0
+    normalised: tuple[int, int] = (0, 0)
     dropout: float = 0.0
 
 
@@ -186,7 +187,7 @@ PAPER_SIZE = Architecture(
     encoder=(128, 256, 512, 512, 768, 768, 1024, 1024, 2150),
     confidence=(256, 128, 128, 64, 64, 32, 32),
     estimation=(256, 128, 128, 64, 64, 64, 64),
-    normalised=5,
+    normalised=(5, 4),
     dropout=0.5,
 )
 """As many layers, and about as many parameters, as the paper and its code tell of; the widths between the
@@ -283,14 +284,14 @@ class JacobianNet(torch.nn.Module):
             self.register_buffer(f"unit_{name}", scaling.unit.clone())
         width = len(scaling_in.centre)
         encoder = (width, *architecture.encoder)
-        last = len(encoder) - 1 - architecture.normalised
+        last = len(encoder) - 1 - architecture.normalised[0]
         self.encoder = _layers(encoder, [i >= last for i in range(len(encoder) - 1)], architecture.dropout)
         self.confidence = self._head(encoder[-1], architecture.confidence, 1)
         self.estimation = self._head(encoder[-1], architecture.estimation, len(scaling_out.centre))
         self._initialise(random)
 
     def _head(self, width: int, hidden: Sequence[int], outputs: int) -> torch.nn.Sequential:
-        first = [i < self.architecture.normalised for i in range(len(hidden))]
+        first = [i < self.architecture.normalised[1] for i in range(len(hidden))]
         layers = _layers((width, *hidden), first, self.architecture.dropout)
         return torch.nn.Sequential(*layers, torch.nn.Linear((width, *hidden)[-1], outputs))
 

@@ -1,0 +1,1 @@
+"""Part III: what an arm reaches, learned and exactly, after Liao & Mao (2018)."""
