@@ -12,7 +12,7 @@ from torch.testing import assert_close
 import dexterity as dx
 from dexterity import robots, store
 
-NAMES = ("docking_arm", "puma560", "uvms")
+NAMES = ("docking_arm", "fanuc_am120ib", "puma560", "uvms")
 UVMS_FILE = store.data_path("robots", "uvms.toml").read_text(encoding="utf-8")
 
 
