@@ -18,6 +18,7 @@ class Study(Protocol):
 
     `Config` and `Result` are frozen dataclasses, `Config` of primitives alone. `CONFIGS` holds a config
     for each scale. The same config gives the same result, for equal source and on the same machine.
+    A study may say by `JUDGED_AS_STORED = True` that its stored result is what verdicts go by.
     """
 
     Config: type[Any]
