@@ -74,7 +74,7 @@ TOLERANCE = Tolerance(rtol=0.05, atol=0.02)
 JUDGED_AS_STORED = True
 """Verdicts and acceptance figures are those of the stored result: what a book trains is too little."""
 
-PAPERS_WAY, LONGER = "the paper's way", "the paper's way, longer"
+PAPERS_WAY, LONGER, PAPERS_SIZE = "the paper's way", "the paper's way, longer", "the paper's size, longer"
 UNDROPPED, CONFIDENCE_ALONE = "without dropout", "confidence alone"
 COLUMNS, RELEVANT, PLAIN, WORLD, BEST = "columns", "relevant", "rotation", "world", "plane"
 
@@ -134,6 +134,9 @@ VARIANTS: Mapping[str, Variant] = {
         "columns", "tool", replace(_SMALL_COPY, dropout=0.0), _BOTH, paper=True, dynamics=True
     ),
     LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=6, repeats=1),
+    PAPERS_SIZE: Variant(
+        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=6, repeats=1
+    ),
     CONFIDENCE_ALONE: Variant("columns", "tool", _SMALL_COPY, ("confidence",), paper=True),
     COLUMNS: Variant("columns", "tool", _WIDE, _BOTH, dynamics=True),
     RELEVANT: Variant("relevant", "tool", _WIDE, _BOTH),
@@ -164,6 +167,8 @@ class Config:
         In all, of those that are: a ninth before the cycles, if they have both heads.
     optimiser_rows, optimiser_cycles
         Rows of each head, and cycles, with which optimisers are compared.
+    papers_size
+        Whether the paper's size is trained too, which takes about a day on two cores.
     jobs
         Processes that share the work.
     """
@@ -179,6 +184,7 @@ class Config:
     paper_epochs: int = 9
     optimiser_rows: int = 2_000
     optimiser_cycles: int = 4
+    papers_size: bool = False
     jobs: int = 1
 
 
@@ -349,12 +355,13 @@ class Result:
 
 def run(config: Config) -> Result:
     """Train every variant with its seeds, and the paper's way with every optimiser."""
-    often = sorted(VARIANTS, key=lambda name: -VARIANTS[name].repeats)
+    names = [name for name in VARIANTS if config.papers_size or name != PAPERS_SIZE]
+    often = sorted(names, key=lambda name: -VARIANTS[name].repeats)
     variants = [(name, seed) for name in often for seed in config.seeds[: VARIANTS[name].repeats]]
     parallel = joblib.Parallel(n_jobs=config.jobs)
     outcomes = parallel(joblib.delayed(_outcomes)(name, seed, config) for name, seed in variants)
     curves = parallel(joblib.delayed(_curves)(optimiser, config) for optimiser in OPTIMISERS)
-    of_variant: dict[str, list[Outcomes]] = {name: [] for name in VARIANTS}
+    of_variant: dict[str, list[Outcomes]] = {name: [] for name in names}
     for (name, _), outcome in zip(variants, outcomes, strict=True):
         of_variant[name].append(outcome)
     return Result(
@@ -585,7 +592,7 @@ def confidence_network_table(result: Result) -> dict[str, dict[str, str]]:
             "recall": f"{recall}",
             "MCC": f"{correlation}",
         }
-        for name in (CONFIDENCE_ALONE, PAPERS_WAY, LONGER, BEST):
+        for name in _done(result, CONFIDENCE_ALONE, PAPERS_WAY, LONGER, PAPERS_SIZE, BEST):
             scores = [outcome.confidence[threshold] for outcome in result.variants[name]]
             rows[f"{name} ({threshold})"] = {
                 "accuracy": _spread([score.accuracy for score in scores]),
@@ -600,7 +607,7 @@ def estimation_network_table(result: Result) -> dict[str, dict[str, str]]:
     """Network's row of Table VII: printed, the paper's way, and what came of the changes."""
     printed = zip(("MAE", "MSE", "EVS", "R²"), _printed("estimation-network"), strict=True)
     rows = {"printed": {name: f"{value}" for name, value in printed} | dict.fromkeys(_R2_WAYS, "–")}
-    for name in (PAPERS_WAY, LONGER, UNDROPPED, PLAIN, BEST):
+    for name in _done(result, PAPERS_WAY, LONGER, PAPERS_SIZE, UNDROPPED, PLAIN, BEST):
         scores = _estimations(result, name)
         rows[name] = {
             "MAE": _spread([score.absolute for score in scores]),
@@ -619,7 +626,9 @@ _R2_WAYS = ("R², constants nothing", "R², constants one")
 def estimation_ablation_table(result: Result) -> dict[str, dict[str, str]]:
     """Error that is left by each change of what the estimation head sees and predicts."""
     rows = {}
-    for name in (PAPERS_WAY, LONGER, UNDROPPED, COLUMNS, RELEVANT, PLAIN, WORLD, BEST):
+    for name in _done(
+        result, PAPERS_WAY, LONGER, PAPERS_SIZE, UNDROPPED, COLUMNS, RELEVANT, PLAIN, WORLD, BEST
+    ):
         scores = _estimations(result, name)
         rows[name] = {
             "sees": VARIANTS[name].inputs,
@@ -635,7 +644,9 @@ def estimation_ablation_table(result: Result) -> dict[str, dict[str, str]]:
 def confidence_ablation_table(result: Result) -> dict[str, dict[str, str]]:
     """Accuracy that each change of what the confidence head sees brings, with the threshold 0.5."""
     rows = {}
-    for name in (PAPERS_WAY, LONGER, UNDROPPED, CONFIDENCE_ALONE, COLUMNS, RELEVANT, BEST):
+    for name in _done(
+        result, PAPERS_WAY, LONGER, PAPERS_SIZE, UNDROPPED, CONFIDENCE_ALONE, COLUMNS, RELEVANT, BEST
+    ):
         scores = [outcome.confidence["0.5"] for outcome in result.variants[name]]
         rows[name] = {
             "sees": VARIANTS[name].inputs,
@@ -650,7 +661,7 @@ def confidence_ablation_table(result: Result) -> dict[str, dict[str, str]]:
 def combined_table(result: Result) -> dict[str, dict[str, str]]:
     """Tell what the gate lets pass, and how good what passes is."""
     rows = {}
-    for name in (PAPERS_WAY, LONGER, UNDROPPED, COLUMNS, RELEVANT, BEST):
+    for name in _done(result, PAPERS_WAY, LONGER, PAPERS_SIZE, UNDROPPED, COLUMNS, RELEVANT, BEST):
         own = [outcome.combined for outcome in result.variants[name] if outcome.combined]
         rows[name] = {
             "given": _spread([one.given for one in own], "{:.1%}"),
@@ -674,6 +685,11 @@ def optimiser_table(result: Result) -> dict[str, dict[str, str]]:
                 f"{curve.head}: rises over fall": f"{curve.rises:.2g}",
             }
     return rows
+
+
+def _done(result: Result, *names: str) -> list[str]:
+    """Return the variants that were run: the paper's size is only where it was asked for."""
+    return [name for name in names if name in result.variants]
 
 
 def _spread(values: Sequence[float], form: str = "{:.4f}") -> str:
