@@ -417,6 +417,24 @@ def test_a_path_goes_through_its_points() -> None:
 # ---- motion -----------------------------------------------------------------------------------------
 
 
+def test_points_are_where_they_are_and_of_one_colour() -> None:
+    points = np.random.default_rng(3).normal(size=(40, 3))
+    scene = bare_scene()
+    scene.add_points(points, name="reach", size=0.02, color="vermillion")
+    drawn = objects(scene)["reach/dots"]
+    (geometry,), (material,) = drawn["geometries"], drawn["materials"]
+    position = geometry["data"]["attributes"]["position"]
+    assert position["itemSize"] == 3
+    stored = np.frombuffer(position["array"].data, dtype=np.float32)
+    np.testing.assert_allclose(stored.reshape(-1, 3), points, rtol=1e-6)
+    assert material["size"] == pytest.approx(0.02, rel=1e-6)
+    assert material["color"] == int(shapes.hex_color("vermillion")[1:], 16)
+    # meshcat's own material would look for a colour of each point, and show black.
+    assert not material["vertexColors"]
+    assert drawn["object"]["type"] == "Points"
+    assert "reach" in scene._repr_html_()
+
+
 def test_keyframes_stand_only_under_what_moves_and_repeat_the_joint_values() -> None:
     rng = np.random.default_rng(6)
     q_frames = np.zeros((30, 12))
@@ -508,6 +526,8 @@ BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
     "scale": ("scale", lambda s: s.add_ellipsoid(FLAT, [0, 0, 0], scale=0.0)),
     "points of two dimensions": ("points", lambda s: s.add_path([[0, 0], [1, 1]])),
     "points not finite": ("points", lambda s: s.add_path([[0, 0, 0], [1, np.nan, 1]])),
+    "no points": ("points", lambda s: s.add_points(np.zeros((0, 3)))),
+    "points of no size": ("size", lambda s: s.add_points([[0, 0, 0]], size=0.0)),
     "points all the same": ("points", lambda s: s.add_path([[1, 1, 1], [1, 1, 1]])),
     "points none": ("points", lambda s: s.add_path(np.zeros((0, 3)))),
     "animate unknown": ("name", lambda s: s.animate("nobody", np.zeros((2, 12)))),

@@ -285,6 +285,34 @@ class Scene:
         self._shapes += shapes.path(frame, points[np.append(True, moved)], color)
         self._legend[name] = color
 
+    def add_points(
+        self, points: TensorLike, *, name: str = "points", size: float = 0.01, color: str = "blue"
+    ) -> None:
+        """Draw points as little squares that face the reader.
+
+        Parameters
+        ----------
+        points
+            (k, 3) points in the world [m], one or more.
+        name, color
+            What the scene calls them, also in its legend, and their colour as in :meth:`add_chain`.
+        size
+            Side of a square [m].
+
+        Raises
+        ------
+        ValueError
+            If the name is taken, `points` is not of that shape, not finite or empty, or the size is not
+            positive.
+        """
+        points = _array(points, "points", (-1, 3))
+        if not len(points):
+            raise ValueError("points is empty; one or more are needed")
+        size, color = _positive(size, "size"), shapes.hex_color(color)
+        frame = self._add_frame(self._new_name(name), np.eye(4))
+        self._shapes += shapes.dots(frame, points, size, color)
+        self._legend[name] = color
+
     def animate(self, name: str, q_frames: TensorLike, *, frames_per_second: float = 24.0) -> None:
         """Let a chain move through joint values, over and over.
 

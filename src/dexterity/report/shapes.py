@@ -19,7 +19,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
-from meshcat.geometry import LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PointsGeometry
+from meshcat.geometry import (
+    LineBasicMaterial,
+    LineSegments,
+    Mesh,
+    MeshLambertMaterial,
+    Points,
+    PointsGeometry,
+    PointsMaterial,
+)
 from meshcat.visualizer import Visualizer
 from numpy.typing import NDArray
 
@@ -34,6 +42,7 @@ __all__ = [
     "View",
     "box",
     "camera_axes",
+    "dots",
     "ellipsoid",
     "floor",
     "hex_color",
@@ -269,6 +278,36 @@ class Hairlines(Shape):
 
 
 @dataclass(frozen=True)
+class Dots(Shape):
+    """Little squares of one size at points (k, 3), which face whoever looks."""
+
+    frame: str
+    name: str
+    points: Array
+    size: float
+    color: str
+    layer: int = 2
+
+    def places(self, T: Array) -> Array:
+        return _moved(T, self.points)
+
+    def record(self, root: Visualizer) -> None:
+        centres = PointsGeometry(self.points.T.astype(np.float32))
+        material = _OneColor(size=self.size, color=_number(self.color))
+        root[f"{self.frame}/{self.name}"].set_object(Points(centres, material))
+
+    def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:
+        seen = view.project(self.places(T))
+        # Far ones first; the area of a marker is in points, of which a pixel is one.
+        x, y, depth = seen[np.argsort(-seen[:, 2])].T
+        areas = np.square(self.size * view.scale(depth))
+        axes.scatter(
+            np.round(x, 1), np.round(y, 1), s=np.round(areas, 1), c=self.color, marker="s", linewidths=0,
+            zorder=order, clip_on=False,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Label(Shape):
     """Letters of constant size at a point (3,)."""
 
@@ -373,6 +412,11 @@ def path(frame: str, points: Array, color: str) -> list[Shape]:
     return [Curve(frame, "curve", points, 0.008 * float(np.linalg.norm(np.ptp(points, axis=0))), color)]
 
 
+def dots(frame: str, points: Array, size: float, color: str) -> list[Shape]:
+    """Squares of one size [m] at points (k, 3)."""
+    return [Dots(frame, "dots", points, size, color)]
+
+
 def floor(places: Array) -> tuple[Shape, float]:
     """Grid under points (k, 3), and the width of its squares [m]: 1, 2 or 5 times a power of ten."""
     low, high = places.min(axis=0), places.max(axis=0)
@@ -426,6 +470,13 @@ class _Geometry:
     def lower_in_object(self, data: dict[str, Any]) -> str:
         data["geometries"].append({"uuid": self.uuid, **self._parameters})
         return self.uuid
+
+
+class _OneColor(PointsMaterial):  # type: ignore[misc]
+    """Material of points that have no colours of their own, which meshcat's would look for."""
+
+    def lower(self, object_data: dict[str, Any]) -> dict[str, Any]:
+        return {**super().lower(object_data), "vertexColors": False}
 
 
 def _moved(T: Array, points: Array) -> Array:

@@ -30,11 +30,11 @@ from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
 from dexterity.workspace.closed_form import in_torch
 from dexterity.workspace.compiled import in_c
+from dexterity.workspace.dataset import LARGEST_LENGTH
 from dexterity.workspace.reachability import NAMED_BRANCH, Branch, arm, reachable
 
 __all__ = [
     "TRAINED_HALF_SIDE",
-    "TRAINED_LENGTH",
     "Answer",
     "ByBranches",
     "ByClosedForm",
@@ -52,9 +52,6 @@ __all__ = [
     "survey",
     "with_tool",
 ]
-
-TRAINED_LENGTH = 0.5
-"""Up to where the lengths of arms are that networks are trained on, [m]."""
 
 TRAINED_HALF_SIDE = 0.4
 """Half the side of the cube of positions that networks are trained on, [m]."""
@@ -277,7 +274,7 @@ def in_training_range(links: TensorLike, position: TensorLike) -> Bool[Tensor, "
     for value, name, size in ((links, "links", 4), (position, "position", 3)):
         if value.shape[-1:] != (size,):
             raise ValueError(f"{name} has shape {tuple(value.shape)}; (..., {size}) is needed")
-    known = ((links >= 0) & (links <= TRAINED_LENGTH)).all(-1)
+    known = ((links >= 0) & (links <= LARGEST_LENGTH)).all(-1)
     return known & (position.abs() <= TRAINED_HALF_SIDE).all(-1)
 
 
