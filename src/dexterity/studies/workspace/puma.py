@@ -1,16 +1,18 @@
 """Paper C, sections I, VI.C and VII: the workspace of a PUMA 560, learned and exactly, and a loop on it.
 
 Liao & Mao (2018), Figs. 10 to 12. Two small networks are trained on the family of arms, not on the PUMA: one
-sees links, position and rotation matrix and predicts the body Jacobian, which is what the paper's does without
-its useless columns; the other sees and predicts what is left in the plane of the arm. Both map the PUMA beside
-the closed form. Then the five notions of a workspace are told apart, and a control loop runs on the Jacobians.
+sees links, position and rotation matrix and predicts the body Jacobian, which is what the paper's does
+without its useless columns; the other sees and predicts what is left in the plane of the arm. Both map the
+PUMA beside the closed form. Then the five notions of a workspace are told apart, and a control loop runs on
+the Jacobians.
 
 What decides a verdict was set beforehand. Maps vary slightly if intersection over union is at least 0.95 for
 the cells in reach and for those out of reach, and the median error of w, over the cells that both sides take
 for reached, is at most 5 % of the largest w; both with the tool along the base's axes and with random
 orientations. It is *reproduced* if the first network does it and *in shape* if only the second one does. An
-estimated Jacobian is useful in the loop if the first network keeps the tool within a hundredth of the circle's
-radius (*reproduced*) or a tenth of it (*in shape*). The stored run is judged, for which training takes longer.
+estimated Jacobian is useful in the loop if the first network keeps the tool within a hundredth of the
+circle's radius (*reproduced*) or a tenth of it (*in shape*). The stored run is judged, for which training
+takes longer.
 """
 
 from __future__ import annotations
