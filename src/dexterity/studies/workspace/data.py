@@ -38,7 +38,6 @@ from dexterity.chain import Chain
 from dexterity.inverse_kinematics import spherical_wrist
 from dexterity.report.claims import Acceptance, Outcome, Paper, Verdict, load_paper
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way, measure
 from dexterity.workspace import dataset, reachability
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Samples, Scaling
 from dexterity.workspace.dynamics import DynamicParameters, asada_ratio
@@ -67,7 +66,6 @@ __all__ = [
     "map_table",
     "range_table",
     "run",
-    "speed_table",
     "uniformity_table",
     "verdicts",
 ]
@@ -99,8 +97,6 @@ class Config:
         Samples for what depends on a column; the inertia is looked at in a tenth of them.
     mapped
         Points of a map by t-SNE; none if 0.
-    timed
-        Samples a turn when the sampler is timed, a tenth of it for Jacobians; not timed if 0.
     seed
         Of all draws.
     """
@@ -111,12 +107,11 @@ class Config:
     smallest_step: float = 1e-14
     shuffled: int = 50_000
     mapped: int = 600
-    timed: int = 200_000
     seed: int = 0
 
 
 CONFIGS: Mapping[str, Config] = {
-    "smoke": Config(0.01, 10, 100, smallest_step=1e-7, shuffled=1_000, mapped=0, timed=0),
+    "smoke": Config(0.01, 10, 100, smallest_step=1e-7, shuffled=1_000, mapped=0),
     "book": Config(),
     "full": Config(1.0, 1_000, shuffled=500_000, mapped=2_000),
 }
@@ -298,8 +293,6 @@ class Result:
         By group of columns.
     maps
         Of the features and of the Jacobians of test sets, and of uniform random numbers.
-    speed
-        Times of the sampler for a sample.
     """
 
     fanuc: Differences
@@ -312,7 +305,6 @@ class Result:
     round_trip: RoundTrip
     influences: Mapping[str, Influence]
     maps: Mapping[str, Map]
-    speed: tuple[Timing, ...]
 
 
 def run(config: Config) -> Result:
@@ -339,7 +331,6 @@ def run(config: Config) -> Result:
             "Jacobians": _map(test.jacob.jacobian.flatten(1), _asked(test.jacob.samples), config),
             "noise": _map(*_noise(config), config),
         },
-        speed=_speed(config),
     )
 
 
@@ -362,7 +353,7 @@ def _differences(config: Config) -> Differences:
     steps = torch.logspace(-1, -decades, 4 * (decades - 1) + 1, dtype=torch.float64)
     exact = arm.geometric_jacobian(q)
     forward, central = (
-        [(_by_difference(arm, q, h, kind) - exact).abs().max().item() for h in steps.tolist()]
+        [(_by_difference(arm.forward, q, h, kind) - exact).abs().max().item() for h in steps.tolist()]
         for kind in (False, True)
     )
     along = (arm.forward(1e-6 * rates) - arm.forward(-1e-6 * rates)) / 2e-6
@@ -373,7 +364,7 @@ def _differences(config: Config) -> Differences:
     return Differences(
         pose=pose.numpy(),
         jacobian=arm.geometric_jacobian(zero).numpy(),
-        by_difference=_by_difference(arm, zero, step, central=False).numpy(),
+        by_difference=_by_difference(arm.forward, zero, step, central=False).numpy(),
         along=(along - torch.stack(parts).sum(0)).abs().max().item(),
         steps=steps.numpy(),
         forward=np.array(forward),
@@ -381,14 +372,8 @@ def _differences(config: Config) -> Differences:
     )
 
 
-def _by_difference(arm: Chain, q: Tensor, step: float, central: bool) -> Tensor:
+def _by_difference(forward: Callable[[Tensor], Tensor], q: Tensor, step: float, central: bool) -> Tensor:
     """Geometric Jacobian (..., 6, n) by Eqs. 1 and 7."""
-    return _jacobian_by_difference(arm.forward, q, step, central)
-
-
-def _jacobian_by_difference(
-    forward: Callable[[Tensor], Tensor], q: Tensor, step: float, central: bool
-) -> Tensor:
     moves = step * torch.eye(q.shape[-1], dtype=torch.float64)
     here = forward(q)[..., None, :, :]
     if central:
@@ -562,12 +547,12 @@ def _round_trip(samples: Samples, config: Config) -> RoundTrip:
     links, q = samples.links[:few], reachability.inverse(samples.links[:few], T[:few])[0]
     exact = reachability.geometric_jacobian(links, q)
     body = reachability.body_jacobian(links, q)
-    rough = _jacobian_by_difference(
+    rough = _by_difference(
         lambda joints: reachability.forward(links[:, None] if joints.ndim == 3 else links, joints),
         q, 1e-6, central=True,
     )  # fmt: skip
     rough_body = reachability.in_tool_axes(rough, T[:few, :3, :3])
-    arms = [reachability.arm(own) for own in links[: config.manipulators]]
+    arms = [reachability.arm(own) for own in links[: min(50, config.manipulators)]]
     by_chain = torch.stack([arm.geometric_jacobian(own) for arm, own in zip(arms, q, strict=False)])
     body_by_chain = torch.stack([arm.body_jacobian(own) for arm, own in zip(arms, q, strict=False)])
     return RoundTrip(
@@ -692,7 +677,7 @@ def _bits(columns: Tensor, label: Tensor) -> float:
     return float(np.mean(told) / math.log(2))
 
 
-# ---- maps and times --------------------------------------------------------------------------------
+# ---- maps -----------------------------------------------------------------------------------------
 
 
 _TOLD = (*LINK_NAMES, "x", "y", "z")
@@ -746,21 +731,6 @@ def embedded(rows: Float64[Tensor, "n columns"], seed: int) -> NDArray[np.float6
     return TSNE(perplexity=30, init="pca", random_state=seed).fit_transform(scaled.numpy()).astype(float)
 
 
-def _speed(config: Config) -> tuple[Timing, ...]:
-    if not config.timed:
-        return ()
-    many, few = config.timed, config.timed // 10
-    return measure(
-        [
-            Way("labels", lambda: dataset.confidence_data(many, 0), many),
-            Way("labels, nothing redrawn", lambda: dataset.confidence_data(many, 0, redraw=0.0), many),
-            Way("labels with dynamics", lambda: dataset.confidence_data(few, 0, dynamics=True), few),
-            Way("Jacobians", lambda: dataset.jacobian_data(few, 0), few),
-        ],
-        rounds=3,
-    )
-
-
 # ---- tables ----------------------------------------------------------------------------------------
 
 
@@ -776,8 +746,18 @@ def implied_shares() -> dict[str, tuple[float, float]]:
         kind, _, method = claim.id.partition("-")
         if kind == "retrieval":
             right = paper.claim(f"confidence-{method}")
-            found[method.replace("-", " ")] = _implied_share(paper, right.id, claim.id)
+            name = " ".join(_NAMES.get(word, word) for word in method.split("-"))
+            found[name] = _implied_share(paper, right.id, claim.id)
     return found
+
+
+_NAMES = {
+    "svm": "SVM",
+    "xgboost": "XGBoost",
+    "lightgbm": "LightGBM",
+    "bayes": "Bayes",
+    "gaussian": "Gaussian",
+}
 
 
 def _implied_share(paper: Paper, right: str, retrieval: str) -> tuple[float, float]:
@@ -834,7 +814,10 @@ def range_table(result: Result) -> dict[str, dict[str, str]]:
 
 
 def _range(edges: tuple[float, float]) -> str:
-    return f"{edges[0]:.4g} to {edges[1]:.4g}"
+    """Write a range with digits for its width, so that almost nothing is nothing."""
+    low, high = edges
+    places = 3 - math.floor(math.log10(high - low))
+    return f"{round(low, places) + 0.0:g} to {round(high, places):g}"
 
 
 _RANGES: Mapping[str, str] = {
@@ -912,7 +895,7 @@ def influence_table(result: Result) -> dict[str, dict[str, float]]:
             "label [%]": 100 * own.label,
             "Jacobian [%]": 100 * own.jacobian,
             "kept [%]": 100 * own.kept,
-            "alone [mbit]": 1e3 * own.bits,
+            "alone [mbit]": round(1e3 * own.bits, 1) + 0.0,
         }
         for name, own in result.influences.items()
     }
@@ -921,17 +904,6 @@ def influence_table(result: Result) -> dict[str, dict[str, float]]:
 def map_table(result: Result) -> dict[str, dict[str, float]]:
     """R² with which neighbours on the maps tell lengths and position."""
     return {name: dict(own.told) for name, own in result.maps.items()}
-
-
-def speed_table(result: Result) -> dict[str, dict[str, str]]:
-    """How many samples a second are drawn."""
-    return {
-        timing.name: {
-            "samples a second": f"{1 / timing.median:,.0f}",
-            "quartiles": f"{1 / timing.upper:,.0f} to {1 / timing.lower:,.0f}",
-        }
-        for timing in result.speed
-    }
 
 
 # ---- verdicts --------------------------------------------------------------------------------------
@@ -1100,7 +1072,7 @@ def _on_the_tables(result: Result) -> Iterator[Verdict]:
     )  # fmt: skip
     yield _verdict(
         "table-features", Outcome.of(features == _numbers("table-features")), _listed(features), "",
-        "Fourteen of them are constant, and of the 96 columns seventy-two are the dynamic parameters.",
+        f"{len(files[0].constant)} of them are constant; {features[2] - features[0]} are dynamic parameters.",
     )  # fmt: skip
     yield _verdict(
         "table-samples", Outcome.OUT_OF_SCOPE, _listed(tuple(file.samples for file in files)), "",
