@@ -31,7 +31,6 @@ from dexterity.workspace.reachability import TWISTS, frames, in_tool_axes, inver
 __all__ = [
     "COLUMNS",
     "CONSTANT_COLUMNS",
-    "HALF_SIDE",
     "KINEMATIC_COLUMNS",
     "LARGEST_LENGTH",
     "RANGES",
@@ -49,9 +48,7 @@ __all__ = [
 LARGEST_LENGTH = 0.5
 """Up to where d₃, d₄, a₂ and a₃ are drawn, [m]."""
 
-HALF_SIDE = 0.4
-"""Half the side of the cube about the base that positions are drawn from, [m]."""
-
+_HALF_SIDE = 0.4  # [m]
 _CHUNK = 50_000
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -307,7 +304,7 @@ def _manipulators(
 
 
 def _poses(count: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
-    return HALF_SIDE * (2 * _uniform(random, count, 3) - 1), math.tau * _uniform(random, count, 3)
+    return _HALF_SIDE * (2 * _uniform(random, count, 3) - 1), math.tau * _uniform(random, count, 3)
 
 
 def _uniform(random: torch.Generator, *shape: int) -> Tensor:
