@@ -12,7 +12,7 @@ from dexterity.report.provenance import ProbeMissed
 from dexterity.report.runs import run_study
 from dexterity.report.study import load_study
 from dexterity.store import content_key
-from dexterity.studies import STUDIES, __main__
+from dexterity.studies import STUDIES, __main__, catalogue
 from dexterity.studies.uvms import cost, kinematics
 
 PAPERS = load_papers()
@@ -27,7 +27,7 @@ def runs():
 @pytest.fixture
 def remembered(runs, monkeypatch):
     """Let the package remember these runs and no others."""
-    monkeypatch.setattr(studies, "remember", runs.__getitem__)
+    monkeypatch.setattr(catalogue, "remember", runs.__getitem__)
     return runs
 
 
