@@ -93,5 +93,5 @@ def test_the_stored_run_has_ten_seeds_of_what_counts():
 def test_each_change_leaves_less_of_the_variance():
     variants = load_stored("workspace.estimation").run.result.variants
     order = (study.COLUMNS, study.RELEVANT, study.PLAIN, study.WORLD, study.BEST)
-    left = [np.median([1 - outcome.estimation.r2 for outcome in variants[name]]) for name in order]
+    left = [np.median([1 - outcome.estimation[0].r2 for outcome in variants[name]]) for name in order]
     assert left == sorted(left, reverse=True)

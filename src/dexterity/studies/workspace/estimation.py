@@ -133,9 +133,9 @@ VARIANTS: Mapping[str, Variant] = {
     UNDROPPED: Variant(
         "columns", "tool", replace(_SMALL_COPY, dropout=0.0), _BOTH, paper=True, dynamics=True
     ),
-    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=6, repeats=1),
+    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=3, repeats=1),
     PAPERS_SIZE: Variant(
-        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=6, repeats=1
+        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=3, repeats=1
     ),
     CONFIDENCE_ALONE: Variant("columns", "tool", _SMALL_COPY, ("confidence",), paper=True),
     COLUMNS: Variant("columns", "tool", _WIDE, _BOTH, dynamics=True),
@@ -290,18 +290,18 @@ class Outcomes:
     confidence
         Scores by threshold, empty where the head is not trained.
     estimation
-        Scores, or None where the head is not trained.
+        Scores in a row of one, empty where the head is not trained.
     losses
         Of the epochs of each head.
     combined
-        What both heads do together, or None where there is one.
+        What both heads do together in a row of one, empty where there is one head.
     """
 
     parameters: int
     confidence: Mapping[str, Confidence]
-    estimation: Estimation | None
+    estimation: tuple[Estimation, ...]
     losses: tuple[Curve, ...]
-    combined: Combined | None
+    combined: tuple[Combined, ...]
 
 
 @dataclass(frozen=True)
@@ -456,13 +456,13 @@ def _outcomes(name: str, seed: int, config: Config) -> Outcomes:
     network = trained.network
     confidence, jacobians = _tests(config, variant.dynamics)
     sure = _sureness(network, confidence) if "confidence" in variant.heads else {}
-    scores = _scores(network, jacobians, config) if "estimation" in variant.heads else None
+    scores = (_scores(network, jacobians, config),) if "estimation" in variant.heads else ()
     return Outcomes(
         parameters=network.parameter_count,
         confidence=sure,
         estimation=scores,
         losses=_curves_of(trained.losses),
-        combined=_combined(network, confidence) if sure and scores else None,
+        combined=(_combined(network, confidence),) if sure and scores else (),
     )
 
 
@@ -662,7 +662,7 @@ def combined_table(result: Result) -> dict[str, dict[str, str]]:
     """Tell what the gate lets pass, and how good what passes is."""
     rows = {}
     for name in _done(result, PAPERS_WAY, LONGER, PAPERS_SIZE, UNDROPPED, COLUMNS, RELEVANT, BEST):
-        own = [outcome.combined for outcome in result.variants[name] if outcome.combined]
+        own = _combinations(result, name)
         rows[name] = {
             "given": _spread([one.given for one in own], "{:.1%}"),
             "out of reach, given": _spread([one.wrongly_given for one in own], "{:.2%}"),
@@ -697,7 +697,11 @@ def _spread(values: Sequence[float], form: str = "{:.4f}") -> str:
 
 
 def _estimations(result: Result, name: str) -> list[Estimation]:
-    return [outcome.estimation for outcome in result.variants[name] if outcome.estimation]
+    return [scores for outcome in result.variants[name] for scores in outcome.estimation]
+
+
+def _combinations(result: Result, name: str) -> list[Combined]:
+    return [combined for outcome in result.variants[name] for combined in outcome.combined]
 
 
 def _printed(claim: str) -> tuple[float, ...]:
@@ -758,7 +762,7 @@ def _on_settings() -> tuple[Verdict, ...]:
 
 
 def _on_architecture(result: Result) -> tuple[Verdict, ...]:
-    best = [outcome.combined for outcome in result.variants[BEST] if outcome.combined]
+    best = _combinations(result, BEST)
     with_dropout, without = (_median_r2(result, name) for name in (PAPERS_WAY, UNDROPPED))
     gate = _spread([one.wrongly_given for one in best], "{:.2%}")
     return (
