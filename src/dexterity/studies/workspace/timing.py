@@ -464,7 +464,7 @@ def _methods(seed: int) -> dict[str, Any]:
         "decision-tree": DecisionTreeClassifier(random_state=seed),
         "random-forest": RandomForestClassifier(n_estimators=10, random_state=seed, n_jobs=1),
         "boosted-trees": AdaBoostClassifier(n_estimators=50, random_state=seed),
-        "xgboost": XGBClassifier(n_estimators=100, n_jobs=1),
+        "xgboost": XGBClassifier(n_estimators=100, max_depth=1, n_jobs=1),
         "lightgbm": LGBMClassifier(n_jobs=1, verbose=-1),
     }
     regressors = {
@@ -569,7 +569,7 @@ _UNITS = (
 
 def _duration(seconds: float) -> str:
     for unit, length in _UNITS:
-        if seconds >= 2 * length:
+        if seconds >= length:
             return f"{seconds / length:,.3g} {unit}"
     return f"{1e6 * seconds:,.3g} µs"
 
