@@ -28,7 +28,7 @@ def source_key(module_name: str) -> str:
     That is the module itself and every module of the package that it imports, directly or through others,
     at its top or inside a function, except `dexterity.report`; the data files, except papers and results;
     and, in a source tree, the pins of `environment.lock` on which these modules' other imports depend, see
-    :func:`dexterity.report.pins.counted_pins`. The `__init__` of a package on the way to a module counts,
+    `dexterity.report.pins.counted_pins`. The `__init__` of a package on the way to a module counts,
     but not what it imports and lists, unless a name is taken from it.
 
     Parameters

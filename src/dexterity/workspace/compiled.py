@@ -1,6 +1,6 @@
 """The closed form of the family of paper C in C99: reach, angles, Jacobian and w of a branch, for one arm.
 
-Sixteen poses are worked on side by side, as in the files of :mod:`dexterity.codegen.c99`. There is no branch
+Sixteen poses are worked on side by side, as in the files of ``dexterity.codegen.c99``. There is no branch
 and no call of a trigonometric function: what is out of reach comes out as NaN by itself.
 """
 

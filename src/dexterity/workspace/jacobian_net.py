@@ -39,13 +39,13 @@ __all__ = [
 ]
 
 Inputs = Literal["columns", "relevant", "rotation", "plane"]
-"""What a head sees: the paper's columns; those that vary and matter (links, position, angles); the same with
-the rotation matrix instead of its angles; the links, how far the position is from the first axis, and its
-height."""
+"""What a head sees. It is the paper's columns; those that vary and matter (links, position, angles); the same
+with the rotation matrix instead of its angles; or the links, how far the position is from the first axis, and
+its height."""
 
 Entries = Literal["tool", "world", "plane"]
-"""What is predicted: the 23 entries of the body Jacobian that vary; the 21 of the geometric one, which is
-turned into the axes of the tool exactly; or 11 that the first four joints decide, with the arm turned
+"""What is predicted. It is the 23 entries of the body Jacobian that vary; the 21 of the geometric one, which
+is turned into the axes of the tool exactly; or 11 that the first four joints decide, with the arm turned
 about its first axis until the position has y = 0. All others follow from these, the position and the
 orientation of the tool."""
 
@@ -365,7 +365,7 @@ class JacobianNet(torch.nn.Module):
         return Estimate(confidence, decode(y, position, R, self.entries), confidence >= self.threshold)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the network to a file; the errors are those of :func:`write_archive`."""
+        """Write the network to a file; errors as for :func:`dexterity.workspace.archive.write_archive`."""
         write_archive(path, self.header(), self.state_dict())
 
     def header(self) -> dict[str, Any]:

@@ -7,8 +7,9 @@ for a tool point. The arm reaches every orientation wherever it reaches at all. 
 
 .. math:: \sqrt{x^2 + y^2} \ge d_3, \qquad |a_2 - L| \le \rho \le a_2 + L .
 
-Everything takes a batch of manipulators beside a batch of poses. One manipulator is a :class:`Chain` by
-:func:`arm`, and all its branches come from :func:`dexterity.inverse_kinematics.spherical_wrist`.
+Everything takes a batch of manipulators beside a batch of poses. One manipulator is a
+:class:`dexterity.chain.Chain` by :func:`arm`, and all its branches come from
+:func:`dexterity.inverse_kinematics.spherical_wrist`.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ class Branch(NamedTuple):
 
 
 NAMED_BRANCH = Branch()
-"""The one that the paper's data hold: left, up, no flip."""
+"""The one that the paper's data hold, left and up without a flip."""
 
 
 def arm(links: TensorLike, name: str = "arm") -> Chain:

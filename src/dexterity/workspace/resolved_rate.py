@@ -29,7 +29,7 @@ from dexterity.spatial import TensorLike
 __all__ = ["Circle", "Method", "Path", "Tracking", "Wanted", "track"]
 
 Method: TypeAlias = Literal["euler", "rk4"]
-"""How joint angles are integrated: Euler's first-order steps or Runge and Kutta's of fourth order."""
+"""How joint angles are integrated, by Euler's first-order steps or Runge and Kutta's of fourth order."""
 
 JointFunction: TypeAlias = Callable[[Tensor], Tensor]
 """A function of joint angles (..., n)."""

@@ -172,7 +172,7 @@ def network_for(
     Parameters
     ----------
     architecture, inputs, entries
-        As for :class:`JacobianNet`.
+        As for :class:`dexterity.workspace.jacobian_net.JacobianNet`.
     data
         Jacobian data.
     seed

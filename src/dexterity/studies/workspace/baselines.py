@@ -116,7 +116,7 @@ TOLERANCE = Tolerance(rtol=1e-2, atol=5e-2)
 """What a probe may miss by, since a tree that splits elsewhere answers otherwise for a few rows."""
 
 JUDGED_AS_STORED = True
-"""Verdicts and acceptance figures are those of the stored result: a book trains on too few rows."""
+"""Verdicts and acceptance figures are those of the stored result, since a book trains on too few rows."""
 
 _PAPER = "liao2018"
 _LARGE, _SMALL = "large", "small"

@@ -72,7 +72,7 @@ TOLERANCE = Tolerance(rtol=0.05, atol=0.02)
 """What a probe may miss by, since a training carries rounding errors on and makes them larger."""
 
 JUDGED_AS_STORED = True
-"""Verdicts and acceptance figures are those of the stored result: what a book trains is too little."""
+"""Verdicts and acceptance figures are those of the stored result, since a book trains too little."""
 
 PAPERS_WAY, LONGER, PAPERS_SIZE = "the paper's way", "the paper's way, longer", "the paper's size, longer"
 UNDROPPED, CONFIDENCE_ALONE = "without dropout", "confidence alone"

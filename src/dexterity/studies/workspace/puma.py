@@ -86,7 +86,7 @@ CIRCLE = Circle(
     lean=math.radians(20),
     orientation=((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)),
 )
-"""Path of the control loop: a level circle within the training cube and clear of singularities, with the tool
+"""Path of the control loop, a level circle within the training cube and clear of singularities, with the tool
 downwards and leaning outwards."""
 
 NEAR_SINGULAR = Circle(**{**vars(CIRCLE), "centre": (0.2, 0.0, 0.2)})
