@@ -427,7 +427,9 @@ def test_points_are_where_they_are_and_of_one_colour() -> None:
     assert position["itemSize"] == 3
     stored = np.frombuffer(position["array"].data, dtype=np.float32)
     np.testing.assert_allclose(stored.reshape(-1, 3), points, rtol=1e-6)
-    assert material["size"] == pytest.approx(0.02, rel=1e-6)
+    # three.js draws size · (height / 2) / depth pixels, whatever the field of view is.
+    view = shapes.View(np.eye(3), np.zeros(3), np.ones(3), width=700, height=400)
+    assert material["size"] * 400 / 2 / 3.0 == pytest.approx(0.02 * view.scale(np.array([3.0]))[0], rel=1e-6)
     assert material["color"] == int(shapes.hex_color("vermillion")[1:], 16)
     # meshcat's own material would look for a colour of each point, and show black.
     assert not material["vertexColors"]

@@ -121,7 +121,7 @@ def test_a_surface_is_what_has_a_neighbour_outside():
 
 
 def test_scenes_show_what_they_say(result):
-    page = study.manipulability_scene(9)._repr_html_()
+    page = study.manipulability_scene(15)._repr_html_()
     assert page.count("w 0.0") >= 3
     assert "taken for" in study.difference_scene(result, "plane")._repr_html_()
     assert "rotation Jacobian" in study.tracking_scene(result)._repr_html_()

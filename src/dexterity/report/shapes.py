@@ -293,7 +293,9 @@ class Dots(Shape):
 
     def record(self, root: Visualizer) -> None:
         centres = PointsGeometry(self.points.T.astype(np.float32))
-        material = _OneColor(size=self.size, color=_number(self.color))
+        # three.js takes the size for that at a field of view of a right angle.
+        size = self.size / math.tan(View.field_of_view / 2)
+        material = _OneColor(size=size, color=_number(self.color))
         root[f"{self.frame}/{self.name}"].set_object(Points(centres, material))
 
     def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:

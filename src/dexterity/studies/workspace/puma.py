@@ -557,22 +557,28 @@ def _masked(network: JacobianNet) -> float:
 _PALETTE = ("blue", "sky blue", "bluish green", "yellow", "orange")
 
 
-def manipulability_scene(per_side: int = 25) -> Scene:
-    """Show what the PUMA reaches behind a vertical cut, by the w of the best branch, the tool upright."""
-    grid = Grid.cube(0.9, per_side)
-    found = maps.constant_orientation(ByClosedForm(LINKS, None), grid, torch.eye(3))
-    points = grid.points()
-    behind = found.reached & (points[..., 1] >= 0)
-    largest = found.manipulability.max().item()
-    scene = Scene("Workspace of the PUMA 560, cut open, by manipulability", view_from=(0.6, -1.0, 0.5))
-    scene.add_chain(tracking_arm(), [0.0, 0.9, -2.2, 0.0, 0.6, 0.0], axes=False)
+def manipulability_scene(per_side: int = 41) -> Scene:
+    """Show what the PUMA reaches in three sections, by the w of the best branch, with the tool upright."""
+    answer = ByClosedForm(LINKS, None)
+    side, middle = torch.linspace(-0.9, 0.9, per_side, dtype=torch.float64), torch.zeros(1).double()
+    # The section square to the first one is left out where it would hide that.
+    grids = Grid(side, middle, side), Grid(middle, side[side > 0], side), Grid(side, side[side > 0], middle)
+    cuts = [maps.constant_orientation(answer, grid, torch.eye(3)) for grid in grids]
+    points, w, reached = (
+        torch.cat([part.flatten(0, 2) for part in parts])
+        for parts in (
+            [grid.points() for grid in grids],
+            [cut.manipulability for cut in cuts],
+            [cut.reached for cut in cuts],
+        )
+    )
+    scene = Scene("Three sections through what the PUMA 560 reaches", view_from=(0.6, -1.0, 0.5))
+    scene.add_chain(tracking_arm(), [-1.2, 0.9, -2.2, 0.0, 0.6, 0.0], axes=False)
+    classes = (w / w.max() * len(_PALETTE)).long().clamp(max=len(_PALETTE) - 1)
     for i, color in enumerate(_PALETTE):
-        low, high = (largest * step / len(_PALETTE) for step in (i, i + 1))
-        # The largest value belongs to the last class.
-        below = found.manipulability < high if i + 1 < len(_PALETTE) else behind
-        inside = behind & below & (found.manipulability >= low)
-        if inside.any():
-            scene.add_points(points[inside], name=f"w {low:.3f}–{high:.3f} m³", size=0.03, color=color)
+        low, high = (w.max().item() * step / len(_PALETTE) for step in (i, i + 1))
+        inside = points[reached & (classes == i)]
+        scene.add_points(inside, name=f"w {low:.3f}–{high:.3f} m³", size=1.8 / per_side, color=color)
     return scene
 
 
