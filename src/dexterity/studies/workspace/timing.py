@@ -27,21 +27,13 @@ from typing import Any
 
 import numpy as np
 import torch
-from lightgbm import LGBMClassifier
-from sklearn.ensemble import AdaBoostClassifier, RandomForestClassifier
-from sklearn.gaussian_process import GaussianProcessClassifier, GaussianProcessRegressor
-from sklearn.linear_model import LinearRegression, LogisticRegression, Ridge
-from sklearn.naive_bayes import GaussianNB
-from sklearn.neighbors import KNeighborsRegressor
-from sklearn.svm import SVC, LinearSVC
-from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 from torch import Tensor
-from xgboost import XGBClassifier
 
 from dexterity.codegen.library import compiled_library
 from dexterity.report.claims import Acceptance, Outcome, Paper, Verdict, load_paper
 from dexterity.report.stored import Tolerance
 from dexterity.report.timing import Timing, Way, measure, ratio
+from dexterity.studies.workspace import baselines
 from dexterity.workspace import closed_form, compiled, dataset, maps, reachability
 from dexterity.workspace.compiled import CompiledArm
 from dexterity.workspace.dataset import Scaling
@@ -452,31 +444,11 @@ def _predicting(method: Any, x: Any) -> Callable[[], object]:
 
 
 def _methods(seed: int) -> dict[str, Any]:
-    """Methods of Tables VI and VII with the settings of the ledger, on one thread."""
-    classifiers = {
-        "svm-radial": SVC(gamma="auto"),
-        "svm-sigmoid": SVC(kernel="sigmoid", gamma="auto"),
-        "svm-linear": LinearSVC(random_state=seed),
-        "logistic-regression": LogisticRegression(),
-        "ridge-regression": Ridge(alpha=1.0),
-        "naive-bayes": GaussianNB(),
-        "gaussian-process": GaussianProcessClassifier(optimizer=None),
-        "decision-tree": DecisionTreeClassifier(random_state=seed),
-        "random-forest": RandomForestClassifier(n_estimators=10, random_state=seed, n_jobs=1),
-        "boosted-trees": AdaBoostClassifier(n_estimators=50, random_state=seed),
-        "xgboost": XGBClassifier(n_estimators=100, max_depth=1, n_jobs=1),
-        "lightgbm": LGBMClassifier(n_jobs=1, verbose=-1),
-    }
-    regressors = {
-        "linear-regression": LinearRegression(),
-        "ridge-regression": Ridge(alpha=1.0),
-        "decision-tree": DecisionTreeRegressor(random_state=seed),
-        "gaussian-process": GaussianProcessRegressor(optimizer=None, alpha=1e-6),
-        "nearest-neighbours": KNeighborsRegressor(n_neighbors=5),
-    }
-    return {f"time-confidence-{name}": method for name, method in classifiers.items()} | {
-        f"time-estimation-{name}": method for name, method in regressors.items()
-    }
+    """Methods of Tables VI and VII, by the claim on their time."""
+    classifiers, regressors = baselines.classifiers(seed), baselines.regressors(seed)
+    return {
+        f"time-confidence-{claim}": classifiers[name] for name, claim in baselines.CLASSIFIERS.items()
+    } | {f"time-estimation-{claim}": regressors[name] for name, claim in baselines.REGRESSORS.items()}
 
 
 # ---- what is shown ---------------------------------------------------------------------------------
