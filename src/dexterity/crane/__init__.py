@@ -1,5 +1,6 @@
 """How a large flexible log crane is positioned: paper D."""
 
+from dexterity.crane import positioning
 from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS, TrainingSet, training_set
 from dexterity.crane.description import Crane, patu655, read_crane
 from dexterity.crane.equilibrium import NewtonOptions, Sag, corotational_deflection
@@ -32,6 +33,7 @@ __all__ = [
     "least_extension",
     "load_response",
     "patu655",
+    "positioning",
     "posture",
     "read_crane",
     "tip_jacobian",
