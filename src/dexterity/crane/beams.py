@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import torch
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 from torch import Tensor
 
 __all__ = ["Beams", "flexibility", "gravity_potential", "hermite", "stiffness", "strain_energy"]
@@ -33,10 +33,10 @@ class Beams(NamedTuple):
         (e) weight per length [N/m].
     """
 
-    ends: Int64[Tensor, "e 2"]
-    axial: Float64[Tensor, " e"]
-    bending: Float64[Tensor, " e"]
-    weight: Float64[Tensor, " e"]
+    ends: Tensor
+    axial: Tensor
+    bending: Tensor
+    weight: Tensor
 
     def at_ends(self, rows: Float64[Tensor, "*batch n k"]) -> tuple[Tensor, Tensor]:
         """Pick what nodes have (..., n, k) at the first and second ends of elements, (..., e, k) each."""

@@ -19,7 +19,7 @@ from dexterity.crane.structure import load_response
 __all__ = ["COLUMNS", "TEST_PAYLOADS", "TEST_POINTS", "TrainingSet", "training_set"]
 
 COLUMNS = ("s1", "s2", "s3", "payload", "x", "y", "dx", "dy")
-"""Columns of the training set: strokes [m], payload [kg], the flexible crane's tip and its deflection [m]."""
+"""Columns of the training set, strokes and tip and its deflection in [m], the payload in [kg]."""
 
 TEST_PAYLOADS = (30.0, 120.0, 260.0, 310.0, 470.0)
 """Payloads of the test [kg]."""

@@ -47,11 +47,11 @@ class Posture(NamedTuple):
         (...) whether the triangle of the lift cylinder and the linkage of the jib cylinder close.
     """
 
-    lift: Float64[Tensor, "*batch"]
-    jib: Float64[Tensor, "*batch"]
-    crank_pin: Float64[Tensor, "*batch 2"]
-    lift_closes: Bool[Tensor, "*batch"]
-    jib_closes: Bool[Tensor, "*batch"]
+    lift: Tensor
+    jib: Tensor
+    crank_pin: Tensor
+    lift_closes: Tensor
+    jib_closes: Tensor
 
 
 def tip_position(strokes: TensorLike, crane: Crane | None = None) -> Float64[Tensor, "*batch 2"]:
@@ -153,9 +153,9 @@ class Reach(NamedTuple):
         (...) whether all three are within their limits besides.
     """
 
-    strokes: Float64[Tensor, "*batch 3"]
-    reached: Bool[Tensor, "*batch"]
-    within_limits: Bool[Tensor, "*batch"]
+    strokes: Tensor
+    reached: Tensor
+    within_limits: Tensor
 
 
 def inverse(position: TensorLike, extension: TensorLike | None = None, crane: Crane | None = None) -> Reach:

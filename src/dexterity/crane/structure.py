@@ -29,6 +29,7 @@ from dexterity.spatial import TensorLike
 __all__ = [
     "Assembly",
     "LoadResponse",
+    "Pad",
     "Pose",
     "deflection",
     "flexible_tip",
@@ -91,8 +92,8 @@ class LoadResponse(NamedTuple):
         (..., 2) displacement by a payload of 1 kg besides [m/kg].
     """
 
-    own_weight: Float64[Tensor, "*batch 2"]
-    per_kilogram: Float64[Tensor, "*batch 2"]
+    own_weight: Tensor
+    per_kilogram: Tensor
 
 
 def load_response(strokes: TensorLike, crane: Crane | None = None) -> LoadResponse:
@@ -151,9 +152,9 @@ class Pose(NamedTuple):
         Pads at the extension's rear end and at the jib's mouth.
     """
 
-    nodes: Float64[Tensor, "N n 2"]
-    angles: Float64[Tensor, "N 4"]
-    pins: dict[str, Float64[Tensor, "N 2"]]
+    nodes: Tensor
+    angles: Tensor
+    pins: dict[str, Tensor]
     rear: Pad
     mouth: Pad
 
@@ -172,9 +173,9 @@ class Pad(NamedTuple):
     """
 
     node: int
-    first: Float64[Tensor, "N n"]
-    second: Float64[Tensor, "N n"]
-    place: Float64[Tensor, " N"]
+    first: Tensor
+    second: Tensor
+    place: Tensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +228,7 @@ class Assembly:
 
     @property
     def free(self) -> Bool[Tensor, " size"]:
-        """Which coordinates are free: all but the place of the pillar's foot."""
+        """Coordinates that are free, all but the place of the pillar's foot."""
         free = torch.ones(self.size, dtype=torch.bool)
         free[:2] = False
         return free

@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 SagModel: TypeAlias = Callable[[Tensor, Tensor], Tensor]
-"""Deflection (N, 2) [m] for strokes (N, 3) [m] and payloads (N) [kg]: a structure's or a learned one."""
+"""Deflection (N, 2) [m] for strokes (N, 3) [m] and payloads (N) [kg], a structure's or a learned one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class Task:
 
     @cached_property
     def lower(self) -> Float64[Tensor, "N 3"]:
-        """Least strokes [m]: the cylinders' limits, or the start where that is beyond them."""
+        """Least strokes [m], which are the cylinders' limits, or the start where that is beyond them."""
         return torch.minimum(self.starts, self.starts.new_tensor(self.crane.lower))
 
     @cached_property
@@ -151,8 +151,8 @@ class Errors(NamedTuple):
         (N) whether a stroke is beyond a cylinder's end.
     """
 
-    each: Float64[Tensor, "N 2"]
-    stopped: Bool[Tensor, " N"]
+    each: Tensor
+    stopped: Tensor
 
     @property
     def distance(self) -> Float64[Tensor, " N"]:
