@@ -196,12 +196,12 @@ def corotational_deflection(
     crane = crane or patu655()
     strokes, payload = require_strokes(strokes), require_payload(payload, crane)
     batch = torch.broadcast_shapes(strokes.shape[:-1], payload.shape)
-    rows = strokes.detach().expand(*batch, 3).reshape(-1, 3).split(_POSES_AT_ONCE)
-    masses = payload.detach().expand(batch).reshape(-1).split(_POSES_AT_ONCE)
+    rows = strokes.detach().cpu().expand(*batch, 3).reshape(-1, 3).split(_POSES_AT_ONCE)
+    masses = payload.detach().cpu().expand(batch).reshape(-1).split(_POSES_AT_ONCE)
     assembly = Assembly.of(crane)
     parts = [_sag(assembly, *piece, options) for piece in zip(rows, masses, strict=True)]
-    converged = torch.cat([part.converged for part in parts])
-    moved = torch.cat([assembly.tip(part.q) for part in parts])
+    converged = torch.cat([part.converged for part in parts]).to(strokes.device)
+    moved = torch.cat([assembly.tip(part.q) for part in parts]).to(strokes.device)
     found = torch.where(converged[:, None], moved, torch.nan)
     return Sag(found.reshape(*batch, 2), converged.reshape(batch))
 

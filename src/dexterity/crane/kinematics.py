@@ -220,7 +220,7 @@ def least_extension(position: TensorLike, crane: Crane | None = None) -> Float64
     first = math.hypot(*links.jib_joint)
     away = position - position.new_tensor(links.lift_joint)
     distance, direction = away.norm(dim=-1), torch.atan2(away[..., 1], away[..., 0])
-    lowest = posture(list(crane.lower), crane).lift
+    lowest = posture(position.new_tensor(crane.lower), crane).lift
     elbow = turned(lowest, links.jib_joint)
     below = spatial.wrap_to_pi(direction - torch.atan2(elbow[1], elbow[0])) < 0
     from_elbow = (away - elbow).norm(dim=-1)
