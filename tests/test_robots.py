@@ -13,6 +13,7 @@ import dexterity as dx
 from dexterity import robots, store
 
 NAMES = ("docking_arm", "fanuc_am120ib", "puma560", "uvms")
+LINKAGES = ("patu655",)
 UVMS_FILE = store.data_path("robots", "uvms.toml").read_text(encoding="utf-8")
 
 
@@ -21,7 +22,7 @@ UVMS_FILE = store.data_path("robots", "uvms.toml").read_text(encoding="utf-8")
 
 def test_each_file_is_a_robot_with_source_and_licence():
     assert robots.names() == NAMES
-    assert {path.stem for path in store.data_path("robots").iterdir()} == set(NAMES)
+    assert {path.stem for path in store.data_path("robots").iterdir()} == {*NAMES, *LINKAGES}
     for name in NAMES:
         description = robots.describe(name)
         assert description.name == name

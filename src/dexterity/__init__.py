@@ -5,6 +5,7 @@ Quantities are SI and radians in float64; leading axes are batch axes; twists ar
 """
 
 from dexterity import (
+    crane,
     docking,
     indices,
     inverse_kinematics,
@@ -23,6 +24,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Chain",
+    "crane",
     "docking",
     "indices",
     "inverse_kinematics",

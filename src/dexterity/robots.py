@@ -111,8 +111,13 @@ class Description:
 
 
 def names() -> tuple[str, ...]:
-    """Names of the robots that the package describes."""
-    return tuple(sorted(path.stem for path in store.data_path("robots").glob("*.toml")))
+    """Names of the serial chains that the package describes; the crane has a module of its own."""
+    files = store.data_path("robots").glob("*.toml")
+    return tuple(sorted(path.stem for path in files if _has_joints(path)))
+
+
+def _has_joints(path: Path) -> bool:
+    return not {"joints", "dh"}.isdisjoint(tomllib.loads(path.read_text(encoding="utf-8")))
 
 
 def describe(name: str) -> Description:

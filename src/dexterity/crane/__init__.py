@@ -1,0 +1,43 @@
+"""How a large flexible log crane is positioned: paper D."""
+
+from dexterity.crane import positioning
+from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS, TrainingSet, training_set
+from dexterity.crane.description import Crane, patu655, read_crane
+from dexterity.crane.equilibrium import NewtonOptions, Sag, corotational_deflection
+from dexterity.crane.kinematics import (
+    Posture,
+    Reach,
+    inverse,
+    least_extension,
+    posture,
+    tip_jacobian,
+    tip_position,
+    within_limits,
+)
+from dexterity.crane.structure import LoadResponse, deflection, flexible_tip, load_response
+
+__all__ = [
+    "TEST_PAYLOADS",
+    "TEST_POINTS",
+    "Crane",
+    "LoadResponse",
+    "NewtonOptions",
+    "Posture",
+    "Reach",
+    "Sag",
+    "TrainingSet",
+    "corotational_deflection",
+    "deflection",
+    "flexible_tip",
+    "inverse",
+    "least_extension",
+    "load_response",
+    "patu655",
+    "positioning",
+    "posture",
+    "read_crane",
+    "tip_jacobian",
+    "tip_position",
+    "training_set",
+    "within_limits",
+]

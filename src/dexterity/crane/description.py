@@ -1,0 +1,224 @@
+"""What a crane is made of: ``data/robots/patu655.toml``, read strictly."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from dexterity import store
+
+__all__ = ["Crane", "Linkage", "Member", "Structure", "patu655", "read_crane"]
+
+Point: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Joints and rods, [m]; capital letters are the thesis's.
+
+    Attributes
+    ----------
+    lift_joint, lift_cylinder_foot
+        B and C, in the world.
+    lift_cylinder_rod, jib_joint, crank_joint, jib_cylinder_foot
+        D, G, F and E, in the lift frame, whose origin is B.
+    coupler_pin, extension_joint
+        I and J, in the jib frame, whose origin is G. J is the tip at stroke 0.
+    lift_cylinder_length, jib_cylinder_length
+        Of CD and EH at stroke 0.
+    crank, coupler, rocker
+        Lengths of FH, HI and GI.
+    """
+
+    lift_joint: Point
+    lift_cylinder_foot: Point
+    lift_cylinder_rod: Point
+    lift_cylinder_length: float
+    jib_joint: Point
+    crank_joint: Point
+    jib_cylinder_foot: Point
+    jib_cylinder_length: float
+    crank: float
+    coupler: float
+    rocker: float
+    coupler_pin: Point
+    extension_joint: Point
+
+
+@dataclass(frozen=True)
+class Member:
+    """A row of beams from node to node.
+
+    Attributes
+    ----------
+    nodes
+        Points [m].
+    tubes
+        Breadth, height and wall [m] of the rectangular tube between each two.
+    """
+
+    nodes: tuple[Point, ...]
+    tubes: tuple[tuple[float, float, float], ...]
+
+    def __post_init__(self) -> None:
+        if len(self.nodes) < 2 or len(self.tubes) != len(self.nodes) - 1:
+            raise ValueError(f"there are {len(self.nodes)} nodes and {len(self.tubes)} tubes between them")
+        for b, h, t in self.tubes:
+            if not 0 < 2 * t <= min(b, h):
+                raise ValueError(f"a tube is {b} × {h} with a wall of {t}, which does not fit")
+
+    @property
+    def areas(self) -> tuple[float, ...]:
+        """Areas of the sections [m²]."""
+        return tuple(b * h - (b - 2 * t) * (h - 2 * t) for b, h, t in self.tubes)
+
+    @property
+    def second_moments(self) -> tuple[float, ...]:
+        """Second moments of area against bending in the plane [m⁴]."""
+        return tuple((b * h**3 - (b - 2 * t) * (h - 2 * t) ** 3) / 12 for b, h, t in self.tubes)
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What bends and what weighs, in SI units; all of it assumed, two numbers of it fitted.
+
+    Attributes
+    ----------
+    pillar, lift, jib, extension
+        Members: in the world, in the lift frame, in the jib frame, and along the jib from the tip.
+    bending_factor
+        Factor of all second moments of area; fitted.
+    ground_stiffness
+        Of the torsion spring under the pillar [N·m/rad]; fitted.
+    lift_cylinder_mass, jib_cylinder_mass, linkage_mass
+        Half of each cylinder weighs at either end, crank and coupler at H.
+    """
+
+    gravity: float
+    youngs_modulus: float
+    density: float
+    bending_factor: float
+    ground_stiffness: float
+    lift_cylinder_mass: float
+    jib_cylinder_mass: float
+    linkage_mass: float
+    pillar: Member
+    lift: Member
+    jib: Member
+    extension: Member
+
+    def __post_init__(self) -> None:
+        for name in ("youngs_modulus", "bending_factor", "ground_stiffness"):
+            if getattr(self, name) <= 0:
+                raise ValueError(f"{name} is {getattr(self, name)}; a positive number is needed")
+
+
+@dataclass(frozen=True)
+class Crane:
+    """A crane with a lift cylinder, a jib cylinder with its four-bar linkage, and an extension.
+
+    Attributes
+    ----------
+    name, source, licence
+        What it is called, where its numbers come from, and on what terms.
+    lower, upper
+        Limits of the strokes s1, s2, s3 [m].
+    rating
+        Largest payload [kg].
+    linkage, structure
+        Its parts.
+    """
+
+    name: str
+    source: str
+    licence: str
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+    rating: float
+    linkage: Linkage
+    structure: Structure
+
+
+@lru_cache(maxsize=1)
+def patu655() -> Crane:
+    """Log crane of paper D.
+
+    References
+    ----------
+    Rouvinen (1999), sections 3.1 and 3.3, Appendix A. The structure's sections and masses are assumptions.
+    """
+    return read_crane(store.data_path("robots", "patu655.toml"))
+
+
+def read_crane(path: Path | str) -> Crane:
+    """Read a crane from a file.
+
+    Raises
+    ------
+    ValueError
+        If the file is no TOML, or an entry is missing, unknown, of the wrong kind or without sense; the
+        error names the file and the entry.
+    """
+    path = Path(path)
+    try:
+        crane: Crane = _made(Crane, tomllib.loads(path.read_text(encoding="utf-8")), "the file")
+    except ValueError as error:
+        raise ValueError(f"{path.name} is not a crane's file: {error}") from error
+    return crane
+
+
+_TABLES: dict[str, type[Any]] = {
+    "linkage": Linkage, "structure": Structure,
+    "pillar": Member, "lift": Member, "jib": Member, "extension": Member,
+}  # fmt: skip
+
+_ROWS = {"nodes": 2, "tubes": 3}
+
+
+def _made(kind: type[Any], entries: Any, where: str) -> Any:
+    """Make a dataclass of a table that must have its fields and no others."""
+    if not isinstance(entries, dict):
+        raise ValueError(f"{where} is {entries!r}; a table is needed")
+    fields = {field.name: str(field.type) for field in dataclasses.fields(kind)}
+    if entries.keys() != fields.keys():
+        raise ValueError(f"{where} holds {sorted(entries)}; {sorted(fields)} are needed")
+    values = {name: _value(name, entries[name], hint, where) for name, hint in fields.items()}
+    try:
+        return kind(**values)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from error
+
+
+def _value(name: str, value: Any, hint: str, where: str) -> Any:
+    if name in _TABLES:
+        return _made(_TABLES[name], value, name)
+    label = f"{name} of {where}"
+    if name in _ROWS:
+        if not isinstance(value, list):
+            raise ValueError(f"{label} is {value!r}; rows are needed")
+        return tuple(_numbers(row, _ROWS[name], label) for row in value)
+    if hint == "Point" or hint.startswith("tuple"):
+        return _numbers(value, 2 if hint == "Point" else 3, label)
+    if hint == "str":
+        if not isinstance(value, str) or not value.strip():
+            raise ValueError(f"{label} is {value!r}; a text is needed")
+        return value
+    return _number(value, label)
+
+
+def _numbers(value: Any, size: int, label: str) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != size:
+        raise ValueError(f"{label} is {value!r}; {size} numbers are needed")
+    return tuple(_number(number, label) for number in value)
+
+
+def _number(value: Any, label: str) -> float:
+    # bool is a kind of int, but true is no number.
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
+        raise ValueError(f"{label} is {value!r}; a finite number is needed")
+    return float(value)

@@ -1,0 +1,67 @@
+"""Ways to bring the loaded tip of the crane to a point: the thesis's four, and today's."""
+
+from dexterity.crane.positioning.compensation import (
+    by_inverse_network,
+    compensate,
+    exact_inverse,
+    genetic,
+    network_sag,
+    uncompensated,
+)
+from dexterity.crane.positioning.genetic import GeneticInverseOptions, genetic_inverse
+from dexterity.crane.positioning.inversion import (
+    DescentOptions,
+    GaussNewtonOptions,
+    descend,
+    gauss_newton,
+    network_tip,
+    safe_rate,
+    sagging_tip,
+)
+from dexterity.crane.positioning.learning import (
+    correction_network,
+    direct_network,
+    inverse_network,
+    modular_network,
+)
+from dexterity.crane.positioning.regression import TrigonometricSag, trigonometric_features
+from dexterity.crane.positioning.task import (
+    Errors,
+    Placement,
+    Task,
+    corotational_sag,
+    errors,
+    linear_sag,
+    thesis_task,
+)
+
+__all__ = [
+    "DescentOptions",
+    "Errors",
+    "GaussNewtonOptions",
+    "GeneticInverseOptions",
+    "Placement",
+    "Task",
+    "TrigonometricSag",
+    "by_inverse_network",
+    "compensate",
+    "corotational_sag",
+    "correction_network",
+    "descend",
+    "direct_network",
+    "errors",
+    "exact_inverse",
+    "gauss_newton",
+    "genetic",
+    "genetic_inverse",
+    "inverse_network",
+    "linear_sag",
+    "modular_network",
+    "network_sag",
+    "network_tip",
+    "safe_rate",
+    "sagging_tip",
+    "thesis_task",
+    "trigonometric_features",
+    "uncompensated",
+]

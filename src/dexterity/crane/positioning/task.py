@@ -1,0 +1,205 @@
+"""What is to be positioned, what a method answers with, and how far off that is.
+
+Section 4 of Rouvinen (1999): 25 points with five payloads each, from initial strokes that were rounded to the
+centimetre "to create some noise".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, TypeAlias
+
+import torch
+from jaxtyping import Bool, Float64, Int64
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS
+from dexterity.crane.description import Crane, patu655
+from dexterity.crane.equilibrium import corotational_deflection
+from dexterity.crane.kinematics import inverse, tip_position
+from dexterity.crane.structure import deflection
+from dexterity.spatial import TensorLike
+
+__all__ = [
+    "Errors",
+    "Placement",
+    "SagModel",
+    "Task",
+    "corotational_sag",
+    "errors",
+    "linear_sag",
+    "thesis_task",
+]
+
+SagModel: TypeAlias = Callable[[Tensor, Tensor], Tensor]
+"""Deflection (N, 2) [m] for strokes (N, 3) [m] and payloads (N) [kg], a structure's or a learned one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Points that the loaded tip is to be brought to.
+
+    Attributes
+    ----------
+    targets
+        (N, 2) x, y [m].
+    payload
+        (N) [kg].
+    starts
+        (N, 3) strokes that the crane has before [m].
+    crane
+        Which crane.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit or a number is not finite.
+    """
+
+    targets: Float64[Tensor, "N 2"]
+    payload: Float64[Tensor, " N"]
+    starts: Float64[Tensor, "N 3"]
+    crane: Crane
+
+    def __post_init__(self) -> None:
+        for name, shape in (("targets", (2,)), ("payload", ()), ("starts", (3,))):
+            given = spatial.to_float64(getattr(self, name), name).shape
+            if given != (len(self.targets), *shape):
+                raise ValueError(f"{name} has shape {tuple(given)}; {(len(self.targets), *shape)} is needed")
+
+    def __len__(self) -> int:
+        """Return the number of points N."""
+        return len(self.targets)
+
+    @cached_property
+    def lower(self) -> Float64[Tensor, "N 3"]:
+        """Least strokes [m], which are the cylinders' limits, or the start where that is beyond them."""
+        return torch.minimum(self.starts, self.starts.new_tensor(self.crane.lower))
+
+    @cached_property
+    def upper(self) -> Float64[Tensor, "N 3"]:
+        """Largest strokes [m], likewise."""
+        return torch.maximum(self.starts, self.starts.new_tensor(self.crane.upper))
+
+    def allows(self, strokes: Float64[Tensor, "N 3"]) -> Bool[Tensor, " N"]:
+        """Tell which strokes the cylinders have."""
+        return ((strokes >= self.lower - 1e-9) & (strokes <= self.upper + 1e-9)).all(-1)
+
+
+def thesis_task(
+    points: TensorLike = TEST_POINTS, payloads: TensorLike = TEST_PAYLOADS, crane: Crane | None = None
+) -> Task:
+    """Return the thesis's test, or one like it: each point (n, 2) [m] with each payload (m) [kg].
+
+    A point's start is the rigid crane's, elbow up with the least extension, rounded to the centimetre.
+
+    Raises
+    ------
+    ValueError
+        If a point cannot be reached, or shapes do not fit.
+
+    References
+    ----------
+    Rouvinen (1999), section 4, Figs. 4.2 and 4.4.
+    """
+    crane = crane or patu655()
+    targets, masses = spatial.to_float64(points, "points"), spatial.to_float64(payloads, "payloads")
+    reach = inverse(targets, crane=crane)
+    if not reach.reached.all():
+        raise ValueError(
+            f"points holds {targets[~reach.reached][0].tolist()}, which the crane does not reach"
+        )
+    starts = (reach.strokes * 100).round() / 100
+    return Task(
+        targets.repeat_interleave(len(masses), dim=0),
+        masses.repeat(len(targets)),
+        starts.repeat_interleave(len(masses), dim=0),
+        crane,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """What a method answers a task with.
+
+    Attributes
+    ----------
+    strokes
+        (N, 3) strokes to be driven to [m].
+    converged
+        (N) whether the method reached its own goal.
+    iterations
+        (N) steps, generations or solves that it took.
+    """
+
+    strokes: Float64[Tensor, "N 3"]
+    converged: Bool[Tensor, " N"]
+    iterations: Int64[Tensor, " N"]
+
+
+class Errors(NamedTuple):
+    """How far the loaded tip is from the targets, as the thesis's table has it.
+
+    Attributes
+    ----------
+    each
+        (N, 2) target less tip [m].
+    stopped
+        (N) whether a stroke is beyond a cylinder's end.
+    """
+
+    each: Tensor
+    stopped: Tensor
+
+    @property
+    def distance(self) -> Float64[Tensor, " N"]:
+        """Distance of the tip from each target [m]."""
+        return self.each.norm(dim=-1)
+
+    @property
+    def mean(self) -> Float64[Tensor, "3"]:
+        """Mean of the errors along x, along y, and of the distances [m]."""
+        return torch.cat([self.each.abs().mean(0), self.distance.mean()[None]])
+
+    @property
+    def largest(self) -> Float64[Tensor, "3"]:
+        """Largest error along x, along y, and largest distance [m]."""
+        return torch.cat([self.each.abs().amax(0), self.distance.amax()[None]])
+
+
+def errors(task: Task, placement: Placement, sag: SagModel | None = None, end_stops: bool = True) -> Errors:
+    """Drive the crane to what a method answers with, exactly, and measure where the tip is.
+
+    Parameters
+    ----------
+    task, placement
+        What was wanted and what a method says.
+    sag
+        The crane's true deflection; None for :func:`linear_sag`.
+    end_stops
+        Whether cylinders stop at their ends, as they do. The thesis's simulation moves them to any stroke; so
+        does False here, with the deflection of where they would have stopped.
+
+    Raises
+    ------
+    ValueError
+        If a stroke is not finite, or a linkage cannot close beyond the ends.
+    """
+    told = spatial.to_float64(placement.strokes, "strokes")
+    driven = torch.minimum(torch.maximum(told, task.lower), task.upper)
+    rigid = tip_position(driven if end_stops else told, task.crane)
+    tip = rigid + (sag or linear_sag(task.crane))(driven, task.payload)
+    return Errors(task.targets - tip, ~task.allows(told))
+
+
+def linear_sag(crane: Crane | None = None) -> SagModel:
+    """Return a crane's deflection by linear statics as a function of strokes and payload."""
+    return lambda strokes, payload: deflection(strokes, payload, crane)
+
+
+def corotational_sag(crane: Crane | None = None) -> SagModel:
+    """Return a crane's co-rotational deflection as a function, which is NaN where it was not found."""
+    return lambda strokes, payload: corotational_deflection(strokes, payload, crane).deflection

@@ -1,0 +1,29 @@
+"""Structural solves of the crane a second, linear beside co-rotational, on one core."""
+
+import torch
+
+from dexterity import crane
+from dexterity.networks.threads import one_thread
+from dexterity.report.timing import Way, measure
+
+POSES = 5_000
+FEW = 100
+
+
+def strokes(count: int) -> torch.Tensor:
+    unit = torch.rand(count, 3, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    return unit * torch.tensor(crane.patu655().upper, dtype=torch.float64)
+
+
+def test_ten_thousand_linear_solves_in_a_second():
+    many, few = strokes(POSES), strokes(FEW)
+    with one_thread():
+        linear, corotational = measure(
+            [
+                Way("linear", lambda: crane.load_response(many), POSES),
+                Way("co-rotational", lambda: crane.corotational_deflection(few, 500.0), FEW),
+            ]
+        )
+    longer = corotational.median / linear.median
+    print(f"{1 / linear.median:,.0f} linear solves a second; co-rotational: {longer:.0f} times as long")
+    assert 1 / linear.median > 10_000
