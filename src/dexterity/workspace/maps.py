@@ -59,8 +59,8 @@ TRAINED_HALF_SIDE = 0.4
 POSES_AT_ONCE = 2**15
 """Poses that are worked on together.
 
-The closed form takes some 1 kB for each, so 32 MB, all branches take some 8 kB, so 256 MB; a network what its
-layers take.
+The closed form takes some 1 kB for each, so 32 MB, all branches take some 5 kB, so 160 MB; a network takes
+what its layers do.
 """
 
 
