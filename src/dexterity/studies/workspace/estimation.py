@@ -133,9 +133,9 @@ VARIANTS: Mapping[str, Variant] = {
     UNDROPPED: Variant(
         "columns", "tool", replace(_SMALL_COPY, dropout=0.0), _BOTH, paper=True, dynamics=True
     ),
-    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=3, repeats=1),
+    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=2, repeats=1),
     PAPERS_SIZE: Variant(
-        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=3, repeats=1
+        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=2, repeats=1
     ),
     CONFIDENCE_ALONE: Variant("columns", "tool", _SMALL_COPY, ("confidence",), paper=True),
     COLUMNS: Variant("columns", "tool", _WIDE, _BOTH, dynamics=True),
