@@ -12,7 +12,8 @@ beside the values that they have where the two constant entries count as nothing
 *reproduced* if each of its numbers is within 0.01 of the median of ours, *in shape* if within 0.05, else *not
 reproduced*. Whether an optimiser converges is told by the loss that is left: a tenth of the best constant's
 in estimation, a third in confidence. A curve is the steadier the less its validation loss rises, all rises
-together over its whole fall.
+together over its whole fall. One thing was settled later: with the paper's epochs and batches its way learned
+next to nothing, so that its rows, dropout and cycles are judged by the same network after more steps.
 """
 
 from __future__ import annotations
@@ -74,8 +75,12 @@ TOLERANCE = Tolerance(rtol=0.05, atol=0.02)
 JUDGED_AS_STORED = True
 """Verdicts and acceptance figures are those of the stored result, since a book trains too little."""
 
-PAPERS_WAY, LONGER, PAPERS_SIZE = "the paper's way", "the paper's way, longer", "the paper's size, longer"
-UNDROPPED, CONFIDENCE_ALONE = "without dropout", "confidence alone"
+PAPERS_WAY, LONGER, PAPERS_SIZE = (
+    "the paper's way",
+    "the paper's way, more steps",
+    "the paper's size, more steps",
+)
+UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
 COLUMNS, RELEVANT, PLAIN, WORLD, BEST = "columns", "relevant", "rotation", "world", "plane"
 
 _PAPER = "liao2018"
@@ -107,12 +112,13 @@ class Variant:
     heads
         Which heads are trained.
     paper
-        Whether it is trained in the paper's way: both heads by cycles in batches of 4 096, with a steady
-        rate. Else each head has its own epochs, in batches of 256, and the rate falls to zero.
+        Whether it is trained in the paper's way: both heads by cycles, with a steady rate. Else each head has
+        its own epochs, in batches of 256, and the rate falls to zero.
     dynamics
         Whether the confidence data have dynamic parameters.
     longer
-        How many times the paper's epochs it is trained, as long as the validation loss falls.
+        How many times the paper's epochs it is trained. Beyond once, it is for as long as the validation loss
+        falls, and in batches of 256 instead of the paper's 4 096, which makes more steps.
     repeats
         With how many of the seeds it is run.
     """
@@ -131,9 +137,16 @@ _BOTH = ("confidence", "estimation")
 VARIANTS: Mapping[str, Variant] = {
     PAPERS_WAY: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True),
     UNDROPPED: Variant(
-        "columns", "tool", replace(_SMALL_COPY, dropout=0.0), _BOTH, paper=True, dynamics=True
+        "columns",
+        "tool",
+        replace(_SMALL_COPY, dropout=0.0),
+        _BOTH,
+        paper=True,
+        dynamics=True,
+        longer=2,
+        repeats=1,
     ),
-    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=2, repeats=1),
+    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=2),
     PAPERS_SIZE: Variant(
         "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=2, repeats=1
     ),
@@ -428,8 +441,9 @@ def _options(variant: Variant, config: Config) -> Options:
         return Options(training.epochs(confidence, estimation), rate=2e-3, batch=256)
     epochs = variant.longer * config.paper_epochs
     schedule = _cycled(epochs) if variant.heads == _BOTH else training.epochs(confidence=epochs)
-    patience = config.paper_epochs if variant.longer > 1 else None
-    return Options(schedule, rate=1e-3, decay=False, batch=4096, patience=patience)
+    if variant.longer == 1:
+        return Options(schedule, rate=1e-3, decay=False, batch=4096)
+    return Options(schedule, rate=1e-3, decay=False, batch=256, patience=config.paper_epochs)
 
 
 def _cycled(epochs: int) -> tuple[training.Epoch, ...]:
@@ -763,7 +777,7 @@ def _on_settings() -> tuple[Verdict, ...]:
 
 def _on_architecture(result: Result) -> tuple[Verdict, ...]:
     best = _combinations(result, BEST)
-    with_dropout, without = (_median_r2(result, name) for name in (PAPERS_WAY, UNDROPPED))
+    with_dropout, without = (_median_r2(result, name) for name in (LONGER, UNDROPPED))
     gate = _spread([one.wrongly_given for one in best], "{:.2%}")
     return (
         _verdict(
@@ -780,7 +794,7 @@ def _on_architecture(result: Result) -> tuple[Verdict, ...]:
             "From links and pose to a Jacobian in one call.",
         ),
         _verdict(
-            "regularisation", Outcome.CONTRADICTED if with_dropout < without else Outcome.REPRODUCED,
+            "regularisation", Outcome.REPRODUCED if with_dropout > without else Outcome.CONTRADICTED,
             f"R² {with_dropout:.3f} with dropout, {without:.3f} without", "medians",
             "At this size and with this many rows; batch normalisation is in both.",
         ),
@@ -792,10 +806,10 @@ def _on_architecture(result: Result) -> tuple[Verdict, ...]:
 
 
 def _on_confidence(result: Result) -> tuple[Verdict, ...]:
-    alone = [outcome.confidence for outcome in result.variants[CONFIDENCE_ALONE]]
+    judged = [outcome.confidence for outcome in result.variants[LONGER]]
 
     def ours(threshold: str, *names: str) -> list[list[float]]:
-        return [[_value(scores[threshold], name) for scores in alone] for name in names]
+        return [[_value(scores[threshold], name) for scores in judged] for name in names]
 
     columns = {
         "confidence-network-50": ours("0.5", "accuracy", "loss", "correlation"),
@@ -811,7 +825,7 @@ def _on_confidence(result: Result) -> tuple[Verdict, ...]:
     best = max(_THRESHOLDS, key=lambda t: median(ours(str(t), "correlation")[0]))
     worst = min(_THRESHOLDS, key=lambda t: median(ours(str(t), "correlation")[0]))
     return (
-        *(_of_row(claim, values, "8 layers, 24 columns") for claim, values in columns.items()),
+        *(_of_row(claim, values, "both heads, 96 columns") for claim, values in columns.items()),
         _verdict(
             "threshold-trades", Outcome.of(trades),
             f"precision {low['precision']:.3f}, {middle['precision']:.3f}, {high['precision']:.3f}",
@@ -843,12 +857,12 @@ def _of_row(claim: str, ours: Sequence[Sequence[float]], size: str) -> Verdict:
     spread = max(max(values) - min(values) for values in ours)
     return _verdict(
         claim, outcome, told, f"within {spread:.3f} over {len(ours[0])} seeds",
-        f"The paper's way at a smaller size ({size}); the farthest number is off by {off:.3f}.",
+        f"The paper's way at a smaller size with more steps ({size}); off by {off:.3f} at most.",
     )  # fmt: skip
 
 
 def _on_estimation(result: Result) -> tuple[Verdict, ...]:
-    scores = _estimations(result, PAPERS_WAY)
+    scores = _estimations(result, LONGER)
     columns = [
         [score.absolute for score in scores],
         [score.squared for score in scores],
@@ -933,7 +947,7 @@ def _on_optimisers(result: Result) -> tuple[Verdict, ...]:
 
 
 def _on_cycles(result: Result) -> tuple[Verdict, ...]:
-    outcomes = result.variants[PAPERS_WAY]
+    outcomes = result.variants[LONGER]
     estimation = [_of_head(outcome.losses, "estimation") for outcome in outcomes]
     confidence = [_of_head(outcome.losses, "confidence") for outcome in outcomes]
     before = [
@@ -944,7 +958,7 @@ def _on_cycles(result: Result) -> tuple[Verdict, ...]:
     early = [1 - own.validation[last] / constant for own, last in zip(estimation, before, strict=True)]
     cycled, apart = (
         median([outcome.confidence["0.5"].accuracy for outcome in result.variants[name]])
-        for name in (PAPERS_WAY, COLUMNS)
+        for name in (LONGER, COLUMNS)
     )
     # After a step of the encoder the confidence head starts again from a higher loss.
     returns = [_returns(own) for own in confidence]
