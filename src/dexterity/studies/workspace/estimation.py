@@ -78,7 +78,7 @@ JUDGED_AS_STORED = True
 PAPERS_WAY, LONGER, PAPERS_SIZE = (
     "the paper's way",
     "the paper's way, more steps",
-    "the paper's size, more steps",
+    "the paper's size",
 )
 UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
 COLUMNS, RELEVANT, PLAIN, WORLD, BEST = "columns", "relevant", "rotation", "world", "plane"
@@ -116,9 +116,8 @@ class Variant:
         its own epochs, in batches of 256, and the rate falls to zero.
     dynamics
         Whether the confidence data have dynamic parameters.
-    longer
-        How many times the paper's epochs it is trained. Beyond once, it is for as long as the validation loss
-        falls, and in batches of 256 instead of the paper's 4 096, which makes more steps.
+    batch
+        Rows a step in the paper's way; smaller batches make more steps.
     repeats
         With how many of the seeds it is run.
     """
@@ -129,7 +128,7 @@ class Variant:
     heads: tuple[str, ...]
     paper: bool = False
     dynamics: bool = False
-    longer: int = 1
+    batch: int = 4096
     repeats: int = 2
 
 
@@ -143,12 +142,12 @@ VARIANTS: Mapping[str, Variant] = {
         _BOTH,
         paper=True,
         dynamics=True,
-        longer=2,
+        batch=256,
         repeats=1,
     ),
-    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, longer=2),
+    LONGER: Variant("columns", "tool", _SMALL_COPY, _BOTH, paper=True, dynamics=True, batch=256),
     PAPERS_SIZE: Variant(
-        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, longer=2, repeats=1
+        "columns", "tool", jacobian_net.PAPER_SIZE, _BOTH, paper=True, dynamics=True, repeats=1
     ),
     CONFIDENCE_ALONE: Variant("columns", "tool", _SMALL_COPY, ("confidence",), paper=True),
     COLUMNS: Variant("columns", "tool", _WIDE, _BOTH, dynamics=True),
@@ -439,11 +438,9 @@ def _options(variant: Variant, config: Config) -> Options:
         confidence = config.confidence_epochs if "confidence" in variant.heads else 0
         estimation = config.estimation_epochs if "estimation" in variant.heads else 0
         return Options(training.epochs(confidence, estimation), rate=2e-3, batch=256)
-    epochs = variant.longer * config.paper_epochs
+    epochs = config.paper_epochs
     schedule = _cycled(epochs) if variant.heads == _BOTH else training.epochs(confidence=epochs)
-    if variant.longer == 1:
-        return Options(schedule, rate=1e-3, decay=False, batch=4096)
-    return Options(schedule, rate=1e-3, decay=False, batch=256, patience=config.paper_epochs)
+    return Options(schedule, rate=1e-3, decay=False, batch=variant.batch)
 
 
 def _cycled(epochs: int) -> tuple[training.Epoch, ...]:
