@@ -182,6 +182,23 @@ def test_networks_lead_only_if_all_thresholds_do(result):
     assert with_networks(0.1, 0.1, 0.1) is Outcome.NOT_REPRODUCED
 
 
+@pytest.mark.parametrize(
+    ("values", "outcome"),
+    [
+        # Its mean absolute error is larger than the mean square of the others.
+        ((0.26, 0.12, 0.5, 0.5), Outcome.REPRODUCED),
+        ((0.9, 0.12, 0.5, 0.5), Outcome.NOT_REPRODUCED),
+        ((0.26, 0.12, 0.5, -9.0), Outcome.NOT_REPRODUCED),
+    ],
+)
+def test_the_network_is_first_if_it_is_in_every_column(result, values, outcome):
+    errors = study.Errors(*((value,) for value in values))
+    own = dataclasses.replace(result.estimation["tool"]["NN"], all_targets=errors)
+    estimation = {**result.estimation, "tool": {**result.estimation["tool"], "NN": own}}
+    found = by_claim(dataclasses.replace(result, estimation=estimation))
+    assert found["network-first-in-estimation"].outcome is outcome
+
+
 def test_jsc_is_no_jaccard_coefficient(result):
     assert by_claim(result)["jaccard"].outcome is Outcome.CONTRADICTED
 
@@ -193,7 +210,7 @@ def test_tables_set_ours_beside_the_papers(result):
     assert confidence["SVM(RBF)", "paper"]["Rec."] == "0.95"
     assert confidence["SVM(RBF)", "as drawn"]["rows"] == f"{SMOKE.kernel[-1]}"
     estimation = study.estimation_table(result)
-    assert estimation["Gauss. Process", "paper"]["R²"] == "-0.0012"
+    assert estimation["Gauss. Process", "paper"]["R²"] == "−0.0012"
     assert estimation["Gauss. Process", "paper"]["EVS"] == "0.0"
     assert estimation["NN", "paper"]["MSE"] == "0.0095"
     for table in (confidence, estimation, study.growth_table(result)):

@@ -670,7 +670,7 @@ def _printed_scores(name: str) -> tuple[str, ...]:
 
 def _formatted(claim: str) -> tuple[str, ...]:
     found = _claim(claim)
-    return tuple(map(found.format, _numbers(found)))
+    return tuple(found.format(value).replace("-", "−") for value in _numbers(found))
 
 
 def _score_row(own: Classifier) -> dict[str, str]:
@@ -790,7 +790,8 @@ def _on_networks(result: Result) -> tuple[Verdict, ...]:
     network = result.estimation[_TOOL]["NN"].all_targets
     rivals = [result.estimation[_TOOL][name].all_targets for name in REGRESSORS]
     first = all(
-        max(network.absolute + network.squared) < min(min(own.absolute + own.squared) for own in rivals)
+        max(network.absolute) < min(own.absolute)
+        and max(network.squared) < min(own.squared)
         and min(network.explained) > max(own.explained)
         and min(network.determination) > max(own.determination)
         for own in rivals
