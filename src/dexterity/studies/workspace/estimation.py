@@ -84,7 +84,7 @@ PAPERS_WAY, LONGER, PAPERS_SIZE = (
 
 UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
 COLUMNS, RELEVANT, PLAIN, WORLD, BEST = "columns", "relevant", "rotation", "world", "plane"
-"""What a network is given of a pose, from all columns to the plane of the arm, which leaves the least error."""
+"""What a network is given of a pose, from all columns to the plane of the arm, which leaves least."""
 
 _PAPER = "liao2018"
 _THRESHOLDS = (0.25, 0.5, 0.75)
