@@ -55,13 +55,13 @@ __all__ = [
 ]
 
 POINTS: tuple[tuple[float, float], ...] = tuple((x, y) for x in (2.2, 3.0, 3.8) for y in (1.75, 0.95, 0.15))
-"""The nine points x, y [m], column by column from the top: an assumption of the ledger."""
+"""The nine points x, y [m], column by column from the top, which is an assumption of the ledger."""
 
 BEYOND_THE_VERTICAL = (1, 2)
-"""Which of the points, counted from 0, have the jib beyond the vertical: numbers 2 and 3 of the text."""
+"""Which of the points, counted from 0, have the jib beyond the vertical; the text counts them 2 and 3."""
 
 EXISTING = Differences(misalignment=0.001, play=0.001, stiffness=0.15, stroke_step=0.001, reading_step=0.0005)
-"""How far an existing crane may be from the model: assumptions of the ledger."""
+"""How far an existing crane may be from the model, by the assumptions of the ledger."""
 
 ZEROED = "play, zeroed in the middle"
 """Cranes whose model was set right, empty, at the middle point, so that only a change of side matters."""
@@ -79,7 +79,7 @@ DIFFERENCES: Mapping[str, Differences] = {
     "all, half as large": Differences(*(0.5 * size for size in dataclasses.astuple(EXISTING))),
     "all, twice as large": Differences(*(2.0 * size for size in dataclasses.astuple(EXISTING))),
 }
-"""What existing cranes differ in, by name: one thing alone, all of them, and all of another size."""
+"""What existing cranes differ in, by name, which is one thing alone, all of them, or all of another size."""
 
 WAYS = (
     "nothing, genetic",
@@ -91,7 +91,7 @@ WAYS = (
 """With what the sag is made up for, and how the rigid crane is solved; the first two are the thesis's."""
 
 REFERENCES = ("target", "reached")
-"""From where errors are measured: Table 4.2's target, and the point of Table 4.3 that is reached empty."""
+"""From where errors are measured, which is the target of Table 4.2 or the point reached of Table 4.3."""
 
 TOLERANCE = Tolerance(rtol=1e-3, atol=1e-6)
 """What a probe may miss by, since a training carries rounding errors on and makes them larger."""
