@@ -28,7 +28,7 @@ from dexterity.crane.structure import Assembly, Pose, deflection, require_payloa
 __all__ = ["JOINTS", "Differences", "ExistingCrane", "JointForces", "existing_crane", "joint_forces"]
 
 JOINTS = ("B", "G", "CD", "EH", "FH", "IH", "extension cylinder", "rear pad", "mouth pad")
-"""What has play: two pins, five rods with a pin at either end, and two pads."""
+"""What has play, which is two pins, five rods with a pin at either end, and two pads."""
 
 _PINS_AT = (1, 1, 2, 2, 2, 2, 2, 1, 1)
 
