@@ -4,6 +4,7 @@ from dexterity.crane import positioning
 from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS, TrainingSet, training_set
 from dexterity.crane.description import Crane, patu655, read_crane
 from dexterity.crane.equilibrium import NewtonOptions, Sag, corotational_deflection
+from dexterity.crane.existing import Differences, ExistingCrane, JointForces, existing_crane, joint_forces
 from dexterity.crane.kinematics import (
     Posture,
     Reach,
@@ -20,6 +21,9 @@ __all__ = [
     "TEST_PAYLOADS",
     "TEST_POINTS",
     "Crane",
+    "Differences",
+    "ExistingCrane",
+    "JointForces",
     "LoadResponse",
     "NewtonOptions",
     "Posture",
@@ -28,8 +32,10 @@ __all__ = [
     "TrainingSet",
     "corotational_deflection",
     "deflection",
+    "existing_crane",
     "flexible_tip",
     "inverse",
+    "joint_forces",
     "least_extension",
     "load_response",
     "patu655",

@@ -1,1 +1,1 @@
-"""Studies of paper D, on a flexible log crane."""
+"""Part IV: how a large flexible log crane is positioned, after Rouvinen (1999)."""

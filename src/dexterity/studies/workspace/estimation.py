@@ -80,7 +80,7 @@ PAPERS_WAY, LONGER, PAPERS_SIZE = (
     "the paper's way, more steps",
     "the paper's size",
 )
-"""Ways to train the paper's network, which are its own, its own with smaller batches, and its own at its full size."""
+"""Ways to train the paper's network, its own way, with more steps, and at its full size."""
 
 UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
 COLUMNS, RELEVANT, PLAIN, WORLD, BEST = "columns", "relevant", "rotation", "world", "plane"
