@@ -1,0 +1,1 @@
+"""Studies of paper D, on a flexible log crane."""
