@@ -29,6 +29,7 @@ from dexterity.report.scenes import Body, Slider
 from dexterity.report.stored import Tolerance
 
 __all__ = [
+    "BOX",
     "CONFIGS",
     "CYLINDERS",
     "TOLERANCE",
@@ -52,13 +53,15 @@ __all__ = [
 CYLINDERS = ("lift", "jib", "extension")
 """Cylinders in the order of their strokes."""
 
+BOX = ((0.0, 6.6), (-4.2, 7.8))
+"""Ranges of x and y that hold the working area ahead of the pillar [m]."""
+
 TOLERANCE = Tolerance(rtol=1e-6, atol=1e-6)
 """What a probe may miss by, since rounding errors come out a little different on every processor."""
 
 _PAPER = "rouvinen1999"
 _NANOMETRE = 1e-9
 _SEVERAL, _ONE = 20.0, 10.0  # [mm of the tip a mm of stroke]
-_X, _Y = (0.0, 6.6), (-4.2, 7.8)  # [m]: a box that holds the working area
 
 
 @dataclass(frozen=True)
@@ -275,7 +278,7 @@ def _grid(config: Config) -> tuple[Tensor, tuple[int, int]]:
     """Positions (k, 2) ahead of the pillar."""
     sides = [
         torch.linspace(low, high, round((high - low) / config.spacing) + 1, dtype=torch.float64)
-        for low, high in (_X, _Y)
+        for low, high in BOX
     ]
     return torch.cartesian_prod(*sides), (len(sides[0]), len(sides[1]))
 
@@ -731,32 +734,32 @@ def misprint_table(result: Result) -> dict[str, dict[str, str]]:
         "mounts of the lift cylinder, table": {
             "printed": _printed("crane-cylinder-mounts"),
             "elsewhere": "the listing has the same sizes in other pairs",
-            "moves the tip by": f"{result.table:.2f} m, with the best signs",
+            "at stake": f"{result.table:.1f} m, with the best signs",
         },
         "height of IJ": {
-            "printed": _printed("crane-joints"),
+            "printed": f"{_values('crane-joints')[-1]:g} m",
             "elsewhere": "−0.008 along an axis that points down",
-            "moves the tip by": f"{1e3 * result.downwards:.0f} mm, if taken for down",
+            "at stake": f"{1e3 * result.downwards:.0f} mm, if taken for down",
         },
         "length of GI": {
             "printed": _printed("crane-rocker"),
-            "elsewhere": f"{rocker:.5f} from its two sizes",
-            "moves the tip by": f"{1e3 * result.rocker:.2f} mm",
+            "elsewhere": f"{rocker:.5f} m from its two sizes",
+            "at stake": f"{1e3 * result.rocker:.2f} mm",
         },
         "end of the jib cylinder": {
-            "printed": _printed("crane-stroke-ends"),
-            "elsewhere": f"{_ends()['training data']:g} in the training data",
-            "moves the tip by": f"{1e3 * (result.inner[0] - result.inner[1]):.0f} mm, folded",
+            "printed": f"{_ends()['listing']:g} m",
+            "elsewhere": f"{_ends()['training data']:g} m in the training data",
+            "at stake": f"{1e3 * (result.inner[0] - result.inner[1]):.0f} mm, folded",
         },
         "inner radius": {
             "printed": _printed("crane-inner-radius"),
-            "elsewhere": f"{result.inner[2]:.4f} at least, {result.inner[1]:.4f} at the end",
-            "moves the tip by": f"{1e3 * folded.longest:.0f} mm",
+            "elsewhere": f"{result.inner[2]:.3f} m at least, {result.inner[1]:.3f} m at the end",
+            "at stake": f"{1e3 * folded.longest:.0f} mm of extension",
         },
         "circle with an extension": {
             "printed": "r² + s₃²",
             "elsewhere": "(r + s₃)² in the rule that follows",
-            "moves the tip by": f"{stretched.printed:.2f} m",
+            "at stake": f"{stretched.printed:.1f} m of extension",
         },
     }
 
