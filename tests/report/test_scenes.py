@@ -416,6 +416,113 @@ def test_a_path_goes_through_its_points() -> None:
     assert drawn["materials"][0]["color"] == 0x0072B2
 
 
+# ---- bars -------------------------------------------------------------------------------------------
+
+
+def bar_ends(thing: Command, T: Array) -> Array:
+    """Both ends (2, 3) of a drawn bar whose frame is at a pose."""
+    (geometry,) = thing["geometries"]
+    matrix = np.reshape(thing["object"]["matrix"], (4, 4)).T
+    half = np.array([0, geometry["height"] / 2, 0])
+    ends = np.stack([-half, half]) @ matrix[:3, :3].T + matrix[:3, 3]
+    return ends @ T[:3, :3].T + T[:3, 3]
+
+
+@pytest.mark.parametrize("bars", [1, 5])
+def test_bars_go_from_end_to_end(bars: int) -> None:
+    ends = np.random.default_rng(bars).normal(size=(bars, 2, 3))
+    scene = Scene("Bars")
+    scene.add_bars("truss", ends, radius=0.03, color="vermillion")
+    things, frames = objects(scene), transforms(scene)
+    assert sum(path.startswith("truss/") for path in things) == bars
+    for i in range(bars):
+        thing = things[f"truss/bar{i}/bar"]
+        np.testing.assert_allclose(bar_ends(thing, in_world(frames, f"truss/bar{i}")), ends[i], atol=1e-5)
+        for radius in ("radiusTop", "radiusBottom"):
+            assert thing["geometries"][0][radius] == pytest.approx(0.03)
+        assert thing["materials"][0]["color"] == int(shapes.hex_color("vermillion")[1:], 16)
+    assert page(scene).texts["li"].startswith("trussgrid")
+
+
+def test_a_bar_may_be_upright() -> None:
+    points = np.concatenate([np.eye(3), -np.eye(3)])
+    ends = np.stack([np.ones((6, 3)), 1 + points], axis=1)
+    scene = Scene("Bars along the axes")
+    scene.add_bars("bars", ends)
+    things, frames = objects(scene), transforms(scene)
+    for i in range(6):
+        found = bar_ends(things[f"bars/bar{i}/bar"], in_world(frames, f"bars/bar{i}"))
+        np.testing.assert_allclose(found, ends[i], atol=1e-6)
+
+
+def keyed_pose(clip: Command, frame: int) -> Array:
+    """Pose that the viewer gives to a bar's frame, from its keyframes."""
+    tracks = {track["name"]: track["keys"] for track in clip["tracks"]}
+    value = {}
+    for name, keys in tracks.items():
+        times = [key["time"] for key in keys]
+        assert (times[0], times[-1]) == (0, 5)
+        columns = np.array([key["value"] for key in keys]).T
+        value[name] = np.array([np.interp(frame, times, column) for column in columns])
+    x, y, z, w = value[".quaternion"]
+    assert np.linalg.norm(value[".quaternion"]) == pytest.approx(1, abs=1e-6)
+    R = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R * value[".scale"], value[".position"]
+    return T
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_moving_bars_go_from_end_to_end_in_every_frame(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    ends = rng.normal(size=(4, 2, 3))
+    frames = rng.normal(size=(6, 4, 2, 3))
+    frames[:, 2] = ends[2]
+    frames[2:5, 1] = frames[2, 1]  # a rest, which needs no keyframes inside
+    scene = Scene("Bars")
+    scene.add_bars("truss", ends)
+    scene.animate_bars("truss", frames, frames_per_second=10)
+    (animation,) = of_type(scene, "set_animation")
+    clips = {clip["path"].removeprefix("/meshcat/"): clip["clip"] for clip in animation["animations"]}
+    things = objects(scene)
+    assert list(clips) == ["truss/bar0", "truss/bar1", "truss/bar3"]
+    for path, clip in clips.items():
+        assert clip["fps"] == 10
+        for frame in range(6):
+            moved = bar_ends(things[f"{path}/bar"], keyed_pose(clip, frame))
+            np.testing.assert_allclose(moved, frames[frame, int(path[-1])], atol=1e-5)
+    assert all(len(track["keys"]) == 5 for track in clips["truss/bar1"]["tracks"])
+    assert scene._repr_html_() == scene._repr_html_()
+
+
+def test_the_camera_makes_room_for_moving_bars() -> None:
+    scene = bare_bars()
+    (at_rest,) = of_type(scene, "set_view")
+    scene.animate_bars("truss", [[[[0, 0, 0], [0, 0, 1]]], [[[0, 0, 0], [0, 12, 0]]]])
+    (moving,) = of_type(scene, "set_view")
+    assert max(moving["half_extent"]) > 5 > max(at_rest["half_extent"])
+
+
+def test_bars_move_once() -> None:
+    scene = bare_bars()
+    frames = [[[[0, 0, 0], [0, 0, 1]]], [[[0, 0, 0], [0, 1, 0]]]]
+    scene.animate_bars("truss", frames)
+    with pytest.raises(ValueError, match=r"^name is 'truss'"):
+        scene.animate_bars("truss", frames)
+
+
+def bare_bars() -> Scene:
+    scene = Scene("A bar")
+    scene.add_bars("truss", [[[0, 0, 0], [0, 0, 1]]])
+    return scene
+
+
 # ---- motion -----------------------------------------------------------------------------------------
 
 
@@ -634,6 +741,14 @@ BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
         "frames_per_second",
         lambda s: s.animate("uvms", np.zeros((2, 12)), frames_per_second=0.0),
     ),
+    "bars of points": ("ends", lambda s: s.add_bars("b", np.zeros((2, 3)))),
+    "bars not finite": ("ends", lambda s: s.add_bars("b", [[[0, 0, 0], [0, 0, np.inf]]])),
+    "bars none": ("ends", lambda s: s.add_bars("b", np.zeros((0, 2, 3)))),
+    "bars without a length": ("ends", lambda s: s.add_bars("b", np.zeros((1, 2, 3)))),
+    "bars without a radius": ("radius", lambda s: s.add_bars("b", [[[0, 0, 0], [0, 0, 1]]], radius=0.0)),
+    "bars of no colour": ("color", lambda s: s.add_bars("b", [[[0, 0, 0], [0, 0, 1]]], color="bleu")),
+    "bars of a name taken": ("name", lambda s: s.add_bars("uvms", [[[0, 0, 0], [0, 0, 1]]])),
+    "bars unknown": ("name", lambda s: s.animate_bars("nobody", np.zeros((2, 1, 2, 3)))),
     "sliders unknown": ("name", lambda s: s.add_sliders("nobody")),
     "mechanism's name": ("name", lambda s: s.add_mechanism([SPOKE], [], name="uvms")),
     "mechanism's pose": ("pose", lambda s: s.add_mechanism([SPOKE], [], pose=2 * np.eye(4))),
@@ -682,6 +797,27 @@ def test_bad_input_is_named_and_leaves_the_scene_alone(
     with pytest.raises(ValueError, match=rf"^{re.escape(argument)}\b"):
         call(scene)
     assert scene._repr_html_() == UNTOUCHED
+
+
+ALONG_Z = np.array([[[0.0, 0, 0], [0, 0, 1]]])
+BAD_FRAMES = {
+    "too few bars": (np.zeros((2, 0, 2, 3)), "frames"),
+    "one frame": (ALONG_Z[None], "frames"),
+    "not finite": (np.full((2, 1, 2, 3), np.nan), "frames"),
+    "no length": (np.zeros((2, 1, 2, 3)), "frames"),
+    "right round": (np.stack([ALONG_Z, -ALONG_Z]), "frames"),
+}
+
+
+@pytest.mark.parametrize(("frames", "argument"), BAD_FRAMES.values(), ids=BAD_FRAMES)
+def test_bad_frames_of_bars_are_named_and_leave_the_scene_alone(frames: Array, argument: str) -> None:
+    scene = bare_bars()
+    before = scene._repr_html_()
+    with pytest.raises(ValueError, match=rf"^{argument}\b"):
+        scene.animate_bars("truss", frames)
+    with pytest.raises(ValueError, match="frames_per_second"):
+        scene.animate_bars("truss", np.stack([ALONG_Z, ALONG_Z]), frames_per_second=0.0)
+    assert scene._repr_html_() == before
 
 
 @pytest.mark.parametrize("first", ["animate", "slide"])

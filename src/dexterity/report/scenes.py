@@ -167,7 +167,8 @@ class Scene:
         self._frames: dict[str, Array] = {}
         self._shapes: list[Shape] = []
         self._chains: dict[str, _DrawnChain] = {}
-        self._motions: dict[str, _Motion] = {}
+        self._bars: dict[str, Array] = {}
+        self._motions: dict[str, _Motion | _BarMotion] = {}
         self._sliders: list[str] = []
         self._mechanisms: dict[str, _Mechanism] = {}
         self._legend: dict[str, str] = {}
@@ -418,6 +419,39 @@ class Scene:
         self._shapes += shapes.dots(frame, points, size, color)
         self._legend[name] = color
 
+    def add_bars(self, name: str, ends: TensorLike, *, radius: float = 0.02, color: str = "#64748B") -> None:
+        """Draw round bars between pairs of points, such as the members of a structure.
+
+        Parameters
+        ----------
+        name
+            What the scene calls all of them, also in its legend.
+        ends
+            (m, 2, 3) both ends of each in the world [m]; one bar or more.
+        radius
+            Of the bars [m].
+        color
+            As in :meth:`add_chain`.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken, `ends` is not of that shape, not finite or empty, a bar has no length, or
+            the radius is not positive.
+        """
+        ends = _array(ends, "ends", (-1, 2, 3))
+        if not len(ends):
+            raise ValueError("ends is empty; one bar or more are needed")
+        lengths = _bar_lengths(ends, "ends")
+        radius, color = _positive(radius, "radius"), shapes.hex_color(color)
+        self._add_frame(self._new_name(name), np.eye(4))
+        self._bars[name] = ends
+        for i, length in enumerate(lengths.tolist()):
+            (pose,) = _BarMotion.of(ends[None, i], length, 1.0).poses()
+            frame = self._add_frame(f"{name}/bar{i}", pose)
+            self._shapes += shapes.bar(frame, length, radius, color)
+        self._legend[name] = color
+
     def animate(self, name: str, q_frames: TensorLike, *, frames_per_second: float = 24.0) -> None:
         """Let a chain move through joint values, over and over.
 
@@ -474,6 +508,45 @@ class Scene:
         self._drawn(name, "name")
         self._require_at_rest(name)
         self._sliders.append(name)
+
+    def animate_bars(self, name: str, frames: TensorLike, *, frames_per_second: float = 24.0) -> None:
+        """Let bars move, over and over, and become longer and shorter with the distance of their ends.
+
+        Between frames the places of their middles, their directions and their lengths are interpolated. A
+        reader has the same controls as with :meth:`animate`.
+
+        Parameters
+        ----------
+        name
+            Name under which the bars were drawn.
+        frames
+            (k, m, 2, 3) ends of all m bars in at least two frames [m].
+        frames_per_second
+            How fast they are played.
+
+        Raises
+        ------
+        ValueError
+            If there are no bars of that name, they move already, `frames` does not fit them or is not
+            finite, a bar has no length in one of them or turns by π or more from one to the next, or the
+            speed is not positive.
+        """
+        if name not in self._bars:
+            raise ValueError(f"name is {name!r}; the bars of this scene are {sorted(self._bars)}")
+        paths = [f"{name}/bar{i}" for i in range(len(self._bars[name]))]
+        if any(path in self._motions for path in paths):
+            raise ValueError(f"name is {name!r}, which has an animation already")
+        ends = _array(frames, "frames", (-1, len(paths), 2, 3))
+        if len(ends) < 2:
+            raise ValueError(f"frames has {len(ends)} frames; at least two are needed")
+        _bar_lengths(ends, "frames")
+        speed = _positive(frames_per_second, "frames_per_second")
+        at_rest = _bar_lengths(self._bars[name], "ends").tolist()
+        motions = [_BarMotion.of(ends[:, i], length, speed) for i, length in enumerate(at_rest)]
+        moves = (ends != self._bars[name]).any(axis=(0, 2, 3))
+        for path, motion, moved in zip(paths, motions, moves, strict=True):
+            if moved:
+                self._motions[path] = motion
 
     # ---- how it is shown --------------------------------------------------------------------------
 
@@ -766,6 +839,84 @@ def _rigid(poses: Array, argument: str, shape: tuple[int, ...]) -> Array:
     return T
 
 
+@dataclass(frozen=True)
+class _BarMotion:
+    """Where a bar along the y axis is moved to, one frame after the other.
+
+    Attributes
+    ----------
+    middles
+        (k, 3) in the world [m].
+    turns
+        (k, 4) unit quaternions x, y, z, w that turn y into its direction.
+    stretches
+        (k) lengths over the one that it was drawn with.
+    """
+
+    middles: Array
+    turns: Array
+    stretches: Array
+    frames_per_second: float
+
+    @classmethod
+    def of(cls, ends: Array, length: float, frames_per_second: float) -> _BarMotion:
+        """Follow the ends (k, 2, 3) of a bar that was drawn with a length.
+
+        Raises
+        ------
+        ValueError
+            If the bar turns by π from one frame to the next.
+        """
+        along = ends[:, 1] - ends[:, 0]
+        lengths = np.linalg.norm(along, axis=1)
+        middles = ends.mean(axis=1)
+        return cls(middles, _turns_of_y(along / lengths[:, None]), lengths / length, frames_per_second)
+
+    def poses(self) -> Array:
+        """Frame of the bar in each frame of the animation, (k, 4, 4); its y axis is stretched."""
+        T = np.broadcast_to(np.eye(4), (len(self.middles), 4, 4)).copy()
+        T[:, :3, :3] = Rotation.from_quat(self.turns).as_matrix()
+        T[:, :3, 1] *= self.stretches[:, None]
+        T[:, :3, 3] = self.middles
+        return T
+
+    def clip(self) -> AnimationClip:
+        """Keyframes for meshcat, without those inside a rest."""
+        clip = AnimationClip(fps=self.frames_per_second)
+        stretches = np.ones_like(self.middles)
+        stretches[:, 1] = self.stretches
+        tracks = {"position": self.middles, "quaternion": self.turns, "scale": stretches}
+        for name, values in tracks.items():
+            changes = (np.diff(values, axis=0) != 0).any(axis=1)
+            kind = "quaternion" if name == "quaternion" else "vector3"
+            for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True)).tolist():
+                clip.set_property(frame, name, kind, values[frame].tolist())
+        return clip
+
+
+def _turns_of_y(directions: Array) -> Array:
+    """Turn y into unit vectors (k, 3), each the shortest way from the last: unit quaternions (k, 4)."""
+    y = np.array([0.0, 1.0, 0.0])
+    # Half a turn about x is as short as any other way to look against y.
+    turn = Rotation.from_rotvec([math.pi if directions[0, 1] < _RIGHT_ROUND else 0.0, 0.0, 0.0])
+    turns = []
+    for i, direction in enumerate(directions):
+        now = turn.apply(y)
+        axis, cosine = np.cross(now, direction), now @ direction
+        sine = np.linalg.norm(axis)
+        if i and cosine < _RIGHT_ROUND:
+            raise ValueError("frames turns a bar right round in one frame; less than π is needed")
+        # A bar that keeps its direction keeps its turn to the last digit.
+        if sine > 0 and not (i and (direction == directions[i - 1]).all()):
+            turn = Rotation.from_rotvec(axis / sine * math.atan2(sine, cosine)) * turn
+        turns.append(turn.as_quat())
+    return np.array(turns)
+
+
+_RIGHT_ROUND = -1 + 1e-9
+"""Cosine of a turn by π, but for rounding."""
+
+
 def _joint_motion(kind: JointKind, values: Array | float) -> Array:
     """Turn about z or move along z: (...) values to (..., 4, 4) poses."""
     T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
@@ -894,6 +1045,14 @@ def _array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
         wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
         raise ValueError(f"{name} has shape {array.shape}; ({wanted}) is needed")
     return array
+
+
+def _bar_lengths(ends: Array, name: str) -> Array:
+    """Return the lengths (...) of bars (..., 2, 3) [m], none of which is zero."""
+    lengths: Array = np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
+    if not (lengths > 0).all():
+        raise ValueError(f"{name} has a bar without a length")
+    return lengths
 
 
 def _positive(value: float, name: str) -> float:

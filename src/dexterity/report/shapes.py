@@ -40,6 +40,7 @@ __all__ = [
     "Command",
     "Shape",
     "View",
+    "bar",
     "box",
     "camera_axes",
     "dots",
@@ -433,6 +434,12 @@ def path(frame: str, points: Array, color: str) -> list[Shape]:
 def dots(frame: str, points: Array, size: float, color: str) -> list[Shape]:
     """Squares of one size [m] at points (k, 3)."""
     return [Dots(frame, "dots", points, size, color)]
+
+
+def bar(frame: str, length: float, radius: float, color: str) -> list[Shape]:
+    """Tube of a length [m] along the frame's y axis, its middle in the origin."""
+    half = np.array([0.0, length / 2, 0.0])
+    return [_tube(frame, "bar", (-half, half), (radius, radius), color)]
 
 
 def floor(places: Array) -> tuple[Shape, float]:
