@@ -14,6 +14,7 @@ from dexterity.crane.kinematics import (
     tip_position,
     within_limits,
 )
+from dexterity.crane.similarity import scaled
 from dexterity.crane.structure import LoadResponse, deflection, flexible_tip, load_response
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "positioning",
     "posture",
     "read_crane",
+    "scaled",
     "tip_jacobian",
     "tip_position",
     "training_set",
