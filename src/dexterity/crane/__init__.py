@@ -15,6 +15,7 @@ from dexterity.crane.kinematics import (
     tip_position,
     within_limits,
 )
+from dexterity.crane.similarity import scaled
 from dexterity.crane.structure import LoadResponse, deflection, flexible_tip, load_response
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "positioning",
     "posture",
     "read_crane",
+    "scaled",
     "tip_jacobian",
     "tip_position",
     "training_set",
