@@ -45,6 +45,7 @@ from dexterity.report.timing import Timing
 __all__ = [
     "CONFIGS",
     "MAGNIFIED",
+    "NAMED",
     "STATISTICS",
     "TOLERANCE",
     "UNTUNED",
@@ -57,7 +58,9 @@ __all__ = [
     "acceptance",
     "beam_table",
     "fit_table",
+    "judge_table",
     "misses",
+    "open_fits",
     "open_table",
     "printed",
     "rate_table",
@@ -80,10 +83,12 @@ UNTUNED = (1.0, 3e6)
 MAGNIFIED = 10.0
 """How many times larger than they are displacements are drawn."""
 
+NAMED = ((2.0, 2.0), (1.0, 7.0), (2.0, 7.0))
+"""Points about which the thesis finds little or no training data [m]."""
+
 _PAPER = "rouvinen1999"
 _FITTED = (2, 5)
 _TENTH = 0.1
-_NAMED = ((2.0, 2.0), (1.0, 7.0), (2.0, 7.0))  # points of whose surroundings the text speaks
 _GROUND, _ARMS = "ground", PARTS[:4]
 
 
@@ -750,8 +755,8 @@ def _coverage(crane: Crane, config: Config) -> Coverage:
     ways = kinematics.inverse(points[:, None], steps[2].double(), crane).within_limits.sum(1)
     in_reach = (kinematics.inverse(points, crane=crane).within_limits | (ways > 0)).numpy()
     gaps = loaded.query(points.numpy()[in_reach])[0]
-    distances = loaded.query(_NAMED)[0]
-    near = cKDTree(rigid).query_ball_point(_NAMED, 1.0)
+    distances = loaded.query(NAMED)[0]
+    near = cKDTree(rigid).query_ball_point(NAMED, 1.0)
     return Coverage(
         rows=len(training),
         rows_by_flexible_tip=int((tips[..., 0] >= 0).sum()),
@@ -1110,15 +1115,34 @@ def share_table(result: Result) -> dict[str, dict[str, str]]:
     return {part: {"share of the energy": f"{share:.0%}"} for part, share in result.shares.items()}
 
 
+def judge_table(result: Result) -> dict[str, dict[str, str]]:
+    """How far linear statics is from the judge, and what both leave over."""
+    test = 1e3 * np.linalg.norm(result.judge.errors - result.errors, axis=-1)
+    trained = 1e3 * result.judge.differences
+    rows = {
+        "linear from co-rotational, test": (test.mean(), test.max()),
+        "linear from co-rotational, training": (trained.mean(), trained.max()),
+    }
+    return {
+        name: {"mean [mm]": f"{mean:.2f}", "largest [mm]": f"{worst:.2f}"}
+        for name, (mean, worst) in rows.items()
+    }
+
+
+def open_fits(result: Result) -> dict[str, NDArray[np.float64]]:
+    """Statistics (n, 6) [mm] of all that was fitted again, by what was changed before."""
+    groups = {
+        "sections, masses, pads, strokes": result.sections,
+        "pairs of numbers": result.pairs,
+        "a test point left out": result.left_out,
+    }
+    found = {name: (misses(fits) + 1) * printed() for name, fits in groups.items()}
+    return found | {"a test point swapped": result.swapped}
+
+
 def open_table(result: Result) -> dict[str, dict[str, str]]:
     """Ranges of the four statistics that are the test, by what is changed before fitting again [mm]."""
-    groups = {
-        "printed": printed()[None],
-        "other sections, masses, pads, strokes": (misses(result.sections) + 1) * printed(),
-        "other pairs of numbers": (misses(result.pairs) + 1) * printed(),
-        "a test point left out": (misses(result.left_out) + 1) * printed(),
-        "a test point swapped": result.swapped,
-    }
+    groups = {"printed": printed()[None]} | open_fits(result)
     tested = [i for i in range(len(STATISTICS)) if i not in _FITTED]
     return {
         name: {STATISTICS[i]: _span(rows[:, i]) for i in tested} | {"fits": f"{len(rows)}"}
