@@ -56,7 +56,7 @@ def test_scenes_draw_and_move(browser: Browser, root: str, page: str) -> None:
                 _try_slider(scene)
         problems = visited.problems
     assert not problems, f"{page}: {problems}"
-    for call, found in ((".animate(", moving), (".add_sliders(", sliding)):
+    for call, found in ((".animate(", moving), (".add_sliders(", sliding), (".add_mechanism(", sliding)):
         asked = source_text(page).count(call)
         assert found >= asked, f"{page}: the source calls {call}...) {asked} times, {found} scenes show it"
 

@@ -1,6 +1,7 @@
 import base64
 import html.parser
 import itertools
+import json
 import math
 import re
 import subprocess
@@ -8,6 +9,7 @@ import sys
 import uuid
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -26,7 +28,7 @@ import dexterity as dx
 from dexterity import indices, robots
 from dexterity.indices import Ellipsoid
 from dexterity.report import scenes, shapes
-from dexterity.report.scenes import Scene
+from dexterity.report.scenes import Body, Scene, Slider
 from serial_chains import random_robot
 
 Array = NDArray[np.float64]
@@ -155,7 +157,7 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
 PROGRAM = """
 import numpy as np
 from dexterity import robots
-from dexterity.report.scenes import Scene
+from dexterity.report.scenes import Body, Scene, Slider
 scene = Scene("An arm that moves")
 scene.add_chain(robots.puma560(), np.zeros(6), name="arm")
 scene.animate("arm", np.linspace(0, 1, 12).reshape(2, 6))
@@ -599,6 +601,97 @@ def test_sliders_run_over_the_limits() -> None:
         assert f"set_property([{nodes}]" in control["callback"]
 
 
+# ---- mechanisms -------------------------------------------------------------------------------------
+
+ANGLES = np.linspace(0.0, 6.0, 25)
+TURNS = dx.spatial.exp(np.outer(ANGLES, [0, 0, 0, 0, 0, 1.0])).numpy()
+SLIDES = dx.spatial.exp(np.outer(np.linspace(0.0, 0.4, 5), [1.0, 0, 0, 0, 0, 0])).numpy()
+ROD = np.array([[[0.0, 0, 0], [0.5, 0, 0]]])
+
+CRANK = Body("crank", slider="turn [rad]", poses=TURNS, rods=ROD, pins=np.zeros((1, 3)), color="blue")
+SLIDE = Body("slide", on="crank", slider="slide [m]", poses=SLIDES, rods=ROD)
+CARRIED = Body("carried", on="slide", poses=dx.spatial.exp([0, 0, 1.0, 0, 0, 0]).numpy(), rods=ROD)
+TURN_BY = Slider("turn [rad]", ANGLES, 0.75)
+SLIDE_BY = Slider("slide [m]", np.linspace(0.0, 0.4, 5), 0.25)
+SPOKE = Body("spoke", rods=ROD)
+
+
+def mechanism_scene(name: str = "press", **options: Any) -> Scene:
+    scene = Scene("A mechanism")
+    scene.add_mechanism([CRANK, SLIDE, CARRIED], [TURN_BY, SLIDE_BY], name=name, **options)
+    return scene
+
+
+def moved_by(control: Command) -> dict[str, Any]:
+    """Table in the callback of a mechanism's slider."""
+    (table,) = re.fullmatch(r"value => moveBodies\(value, (.*)\)", control["callback"]).groups()  # type: ignore[union-attr]
+    return json.loads(table)
+
+
+def test_bodies_stand_where_the_sliders_do() -> None:
+    base = dx.spatial.exp([0.1, 0.2, 0.3, 0.4, 0, 0]).numpy()
+    frames = transforms(mechanism_scene(pose=base))
+    T = base @ dx.spatial.exp([0, 0, 0, 0, 0, 0.75]).numpy() @ dx.spatial.exp([0.25, 0, 0, 0, 0, 0]).numpy()
+    np.testing.assert_allclose(in_world(frames, "press/crank/slide"), T, atol=1e-5)
+    above = T @ dx.spatial.exp([0, 0, 1.0, 0, 0, 0]).numpy()
+    np.testing.assert_allclose(in_world(frames, "press/crank/slide/carried"), above, atol=1e-5)
+
+
+def test_a_body_is_drawn_by_its_rods_and_pins() -> None:
+    drawn = objects(mechanism_scene())
+    assert [path for path in drawn if path.startswith("press/")] == [
+        "press/crank/rod0",
+        "press/crank/pin0",
+        "press/crank/slide/rod0",
+        "press/crank/slide/carried/rod0",
+    ]
+    assert drawn["press/crank/rod0"]["materials"][0]["color"] == 0x0072B2
+
+
+def test_sliders_of_a_mechanism_hold_the_poses_of_what_they_move() -> None:
+    turn, slide = of_type(mechanism_scene(), "set_control")
+    assert [turn[key] for key in ("name", "min", "max", "value")] == ["turn [rad]", 0.0, 6.0, 0.75]
+    assert [slide[key] for key in ("name", "min", "max", "value")] == ["slide [m]", 0.0, 0.4, 0.25]
+    (crank,) = moved_by(turn)["bodies"]
+    assert crank["node"] == ["meshcat", "press", "crank"]
+    np.testing.assert_allclose(moved_by(turn)["values"], ANGLES, atol=1e-6)
+    turns = np.array(crank["turns"])
+    # More than half a turn: the quaternions go on and do not jump to their negatives.
+    np.testing.assert_allclose(np.abs(np.diff(turns, axis=0)).max(), 0.125, atol=0.01)
+    np.testing.assert_allclose(np.abs(turns[:, 3]), np.abs(np.cos(ANGLES / 2)), atol=1e-6)
+    (moved,) = moved_by(slide)["bodies"]
+    assert moved["node"] == ["meshcat", "press", "crank", "slide"]
+    np.testing.assert_allclose(np.array(moved["positions"])[:, 0], np.linspace(0, 0.4, 5), atol=1e-5)
+
+
+def test_between_two_values_a_body_is_between_two_poses() -> None:
+    for angle in (0.05, 1.0, 2.3, 5.99):
+        scene = Scene("A crank")
+        scene.add_mechanism([CRANK], [Slider("turn [rad]", ANGLES, angle)], name="press")
+        T = dx.spatial.exp([0, 0, 0, 0, 0, angle]).numpy()
+        np.testing.assert_allclose(in_world(transforms(scene), "press/crank"), T, atol=2e-4)
+
+
+def test_the_camera_makes_room_for_what_sliders_do() -> None:
+    still = Scene("At rest")
+    still.add_mechanism([Body("crank", rods=ROD)], [])
+    (at_rest,), (moving,) = (of_type(scene, "set_view") for scene in (still, mechanism_scene()))
+    assert max(moving["half_extent"]) > 0.8 > 0.4 > max(at_rest["half_extent"])
+
+
+def test_two_mechanisms_have_their_own_sliders() -> None:
+    scene = mechanism_scene()
+    scene.add_mechanism([CRANK], [TURN_BY], name="other")
+    names = [control["name"] for control in of_type(scene, "set_control")]
+    assert names == ["turn [rad]", "slide [m]", "other turn [rad]"]
+
+
+def test_the_page_can_move_bodies() -> None:
+    template = (resources.files("dexterity.report") / "scene.html").read_text(encoding="utf-8")
+    assert "function moveBodies(value, { values, bodies })" in template
+    assert mechanism_scene()._repr_html_() == mechanism_scene()._repr_html_()
+
+
 # ---- bad input --------------------------------------------------------------------------------------
 
 BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
@@ -657,7 +750,33 @@ BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
     "bars of a name taken": ("name", lambda s: s.add_bars("uvms", [[[0, 0, 0], [0, 0, 1]]])),
     "bars unknown": ("name", lambda s: s.animate_bars("nobody", np.zeros((2, 1, 2, 3)))),
     "sliders unknown": ("name", lambda s: s.add_sliders("nobody")),
-}
+    "mechanism's name": ("name", lambda s: s.add_mechanism([SPOKE], [], name="uvms")),
+    "mechanism's pose": ("pose", lambda s: s.add_mechanism([SPOKE], [], pose=2 * np.eye(4))),
+    "body twice": ("bodies", lambda s: s.add_mechanism([SPOKE, SPOKE], [])),
+    "body with a slash": ("bodies", lambda s: s.add_mechanism([replace(SPOKE, name="a/b")], [])),
+    "body on nothing": ("bodies", lambda s: s.add_mechanism([replace(SPOKE, on="hub")], [])),
+    "body without its slider": ("bodies", lambda s: s.add_mechanism([CRANK], [])),
+    "body without length": ("bodies", lambda s: s.add_mechanism([replace(SPOKE, rods=0 * ROD)], [])),
+    "body of no size": ("bodies", lambda s: s.add_mechanism([replace(SPOKE, radius=0.0)], [])),
+    "body without colour": ("color", lambda s: s.add_mechanism([replace(SPOKE, color="bleu")], [])),
+    "poses too few": ("bodies", lambda s: s.add_mechanism([replace(CRANK, poses=TURNS[1:])], [TURN_BY])),
+    "poses not rigid": ("bodies", lambda s: s.add_mechanism([replace(CRANK, poses=2 * TURNS)], [TURN_BY])),
+    "poses too far apart": (
+        "bodies",
+        lambda s: s.add_mechanism(
+            [replace(CRANK, poses=TURNS[::8])], [replace(TURN_BY, values=ANGLES[::8])]
+        ),
+    ),
+    "slider for nothing": ("sliders", lambda s: s.add_mechanism([SPOKE], [TURN_BY])),
+    "slider twice": ("sliders", lambda s: s.add_mechanism([CRANK], [TURN_BY, TURN_BY])),
+    "slider without values": (
+        "sliders", lambda s: s.add_mechanism([CRANK], [replace(TURN_BY, values=ANGLES[:1])])
+    ),
+    "slider that goes back": (
+        "sliders", lambda s: s.add_mechanism([CRANK], [replace(TURN_BY, values=-ANGLES)])
+    ),
+    "slider elsewhere": ("sliders", lambda s: s.add_mechanism([CRANK], [replace(TURN_BY, start=7.0)])),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("argument", "call"), BAD.values(), ids=BAD)

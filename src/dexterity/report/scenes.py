@@ -1,4 +1,4 @@
-"""Three-dimensional scenes in a page: chains, vehicles, ellipsoids and paths that the reader can turn.
+"""Three-dimensional scenes in a page: chains, mechanisms, ellipsoids and paths that the reader can turn.
 
 A :class:`Scene` keeps simple shapes on a tree of frames. Showing it draws the same shapes twice: as
 meshcat's commands, which the page replays in meshcat's viewer, and as a still picture, for a page
@@ -19,11 +19,11 @@ import json
 import math
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import matplotlib.style
 import numpy as np
@@ -43,7 +43,7 @@ from dexterity.report.markup import Markup, element
 from dexterity.report.shapes import Array, Command, Shape, View
 from dexterity.spatial import TensorLike
 
-__all__ = ["Scene", "copy_viewer", "side_by_side"]
+__all__ = ["Body", "Scene", "Slider", "copy_viewer", "side_by_side"]
 
 
 def copy_viewer(folder: str | Path) -> None:
@@ -77,6 +77,61 @@ def side_by_side(*scenes: Scene) -> Markup:
         for scene in scenes
     )
     return Markup(element("div", "".join(cells), style="display:flex;flex-wrap:wrap;gap:0.75rem"))
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A slider that moves bodies of a mechanism, see :meth:`Scene.add_mechanism`.
+
+    Attributes
+    ----------
+    label
+        What stands beside it, with its unit.
+    values
+        (k,) values for which the bodies have poses, each larger than the one before; it runs from the first
+        to the last.
+    start
+        Where it stands at first.
+    """
+
+    label: str
+    values: Array
+    start: float
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body of a mechanism, drawn as rods and pins, see :meth:`Scene.add_mechanism`.
+
+    Attributes
+    ----------
+    name
+        What the mechanism calls it.
+    on
+        Name of the body that carries it; empty for none.
+    slider
+        Label of the slider that moves it on what carries it; empty for none.
+    poses
+        (k, 4, 4) poses in the frame of what carries it, one for each value of the slider, or (4, 4) without
+        a slider.
+    rods
+        (m, 2, 3) ends of its rods in its own frame [m].
+    pins
+        (p, 3) middles of its pins, which lie along the z axis of its own frame [m].
+    radius
+        Of its rods [m].
+    color
+        As in :meth:`Scene.add_chain`.
+    """
+
+    name: str
+    on: str = ""
+    slider: str = ""
+    poses: Array = field(default_factory=lambda: np.eye(4))
+    rods: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    pins: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    radius: float = 0.04
+    color: str = "#64748B"
 
 
 class Scene:
@@ -115,6 +170,7 @@ class Scene:
         self._bars: dict[str, Array] = {}
         self._motions: dict[str, _Motion | _BarMotion] = {}
         self._sliders: list[str] = []
+        self._mechanisms: dict[str, _Mechanism] = {}
         self._legend: dict[str, str] = {}
 
     def __repr__(self) -> str:
@@ -171,6 +227,54 @@ class Scene:
         self._shapes += shapes.triad(f"{joints[-1]}/link{chain.joints}", 0.12 * size)
         if axes:
             self._add_axes(chain, joints, 0.18 * size)
+
+    def add_mechanism(
+        self,
+        bodies: Sequence[Body],
+        sliders: Sequence[Slider],
+        *,
+        name: str = "mechanism",
+        pose: TensorLike | None = None,
+    ) -> None:
+        """Draw bodies that sliders move, such as linkages, whose joints are no chain.
+
+        Each slider moves any number of bodies, each body by one slider at most, and with what carries it.
+        Between the values of a slider the poses are interpolated. The camera stands so far away that all
+        which the sliders can do is seen.
+
+        Parameters
+        ----------
+        bodies
+            The bodies, each after the one that carries it.
+        sliders
+            The sliders, in the order in which they are shown.
+        name
+            What the scene calls the mechanism.
+        pose
+            (4, 4) pose in the world of the frame that carries the bodies which no other one carries; the
+            identity by default.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken or holds a slash; a body is there twice, is carried by one that does not
+            come before it, has a slider that is not there, other than one pose for each of its values, a
+            pose that is not rigid, a rod without length or no positive radius, or turns by π/2 or more from
+            one value to the next; a slider is there twice, moves nothing, has less than two values, values
+            that do not grow, or starts outside of them; a colour is unknown, or `pose` is no rigid pose.
+        """
+        T = np.eye(4) if pose is None else _array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
+        by_label = _labelled(sliders)
+        frames, drives, drawn = _assembled(bodies, by_label, name)
+        idle = by_label.keys() - {body.slider for body in bodies}
+        if idle:
+            raise ValueError(f"sliders hold {sorted(idle)}, which move nothing")
+        self._new_name(name)
+        self._add_frame(name, T)
+        for path, T_carrier_body in frames.items():
+            self._add_frame(path, T_carrier_body)
+        self._shapes += drawn
+        self._mechanisms[name] = _Mechanism(tuple(sliders), drives)
 
     def add_box(
         self,
@@ -504,10 +608,11 @@ class Scene:
         if not self._shapes:
             return np.zeros((1, 3))
         moving = {path: motion.poses() for path, motion in self._motions.items()}
+        moved = [mechanism.extremes() for mechanism in self._mechanisms.values()]
         return np.concatenate(
             [
                 shape.places(frames[shape.frame]).reshape(-1, 3)
-                for frames in (_in_world(self._frames), _in_world(self._frames | moving))
+                for frames in (_in_world(self._frames | changed) for changed in ({}, moving, *moved))
                 for shape in self._shapes
             ]
         )
@@ -518,10 +623,10 @@ class Scene:
             drawn = self._chains[name]
             for i, joint in enumerate(drawn.chain.joint_names):
                 unit = "rad" if drawn.chain.kinds[i] == "revolute" else "m"
-                label = f"{joint} [{unit}]"
-                label = f"{name} {label}" if label in taken else label
-                taken.add(label)
-                yield _slider(label, drawn, i)
+                yield _slider(_untaken(f"{joint} [{unit}]", name, taken), drawn, i)
+        for name, mechanism in self._mechanisms.items():
+            for slider in mechanism.sliders:
+                yield _mechanism_slider(_untaken(slider.label, name, taken), slider, mechanism.drives)
 
     # ---- its parts --------------------------------------------------------------------------------
 
@@ -584,6 +689,13 @@ def _legend_row(text: str, color: str) -> str:
     return f'<li><i style="background:{color}"></i>{html.escape(text)}</li>'
 
 
+def _untaken(label: str, name: str, taken: set[str]) -> str:
+    """Label of a slider, with what it moves in front where the label alone is taken."""
+    label = f"{name} {label}" if label in taken else label
+    taken.add(label)
+    return label
+
+
 # ---- motion ---------------------------------------------------------------------------------------
 
 
@@ -620,6 +732,111 @@ class _Motion:
             else:
                 clip.set_property(frame, "position", "vector3", [0.0, 0.0, value])
         return clip
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """Poses of a frame in the one that carries it, for values (k,) of a slider: positions and quaternions."""
+
+    slider: Slider
+    positions: Array
+    turns: Array
+
+    def at(self, values: Array) -> Array:
+        """Poses (..., 4, 4) for values (...), as ``scene.html`` interpolates them."""
+        known = self.slider.values
+        rows = np.concatenate([self.positions, self.turns], axis=1).T
+        between = np.stack([np.interp(values, known, row) for row in rows], axis=-1)
+        T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
+        T[..., :3, 3] = between[..., :3]
+        R = Rotation.from_quat(between[..., 3:].reshape(-1, 4)).as_matrix()
+        T[..., :3, :3] = R.reshape(*np.shape(values), 3, 3)
+        return T
+
+
+@dataclass(frozen=True)
+class _Mechanism:
+    """Sliders of a mechanism, and what they do to the frames of its bodies, by path."""
+
+    sliders: tuple[Slider, ...]
+    drives: Mapping[str, _Drive]
+
+    def extremes(self) -> dict[str, Array]:
+        """Poses (n, 4, 4) of the bodies for values of the sliders all over their ranges."""
+        if not self.sliders:
+            return {}
+        steps = max(2, min(9, int(729.5 ** (1 / len(self.sliders)))))
+        ranges = [np.linspace(slider.values[0], slider.values[-1], steps) for slider in self.sliders]
+        grid = {
+            slider.label: values.ravel()
+            for slider, values in zip(self.sliders, np.meshgrid(*ranges), strict=True)
+        }
+        return {path: drive.at(grid[drive.slider.label]) for path, drive in self.drives.items()}
+
+
+def _labelled(sliders: Sequence[Slider]) -> dict[str, Slider]:
+    """Sliders by label, if each is as it should be."""
+    by_label: dict[str, Slider] = {}
+    for slider in sliders:
+        if not slider.label or slider.label in by_label:
+            raise ValueError(f"sliders hold {slider.label!r}, which is no label or there already")
+        values = _array(slider.values, f"sliders {slider.label!r} values", (-1,))
+        if len(values) < 2 or not (np.diff(values) > 0).all():
+            raise ValueError(f"sliders {slider.label!r} has values that do not grow; two or more are needed")
+        if not values[0] <= slider.start <= values[-1]:
+            raise ValueError(f"sliders {slider.label!r} starts at {slider.start}, outside of its values")
+        by_label[slider.label] = Slider(slider.label, values, float(slider.start))
+    return by_label
+
+
+_Assembly: TypeAlias = tuple[dict[str, Array], dict[str, _Drive], list[Shape]]
+
+
+def _assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) -> _Assembly:
+    """Frames of bodies at first and what moves them, by path, and their shapes."""
+    paths = {"": name}
+    frames: dict[str, Array] = {}
+    drives: dict[str, _Drive] = {}
+    drawn: list[Shape] = []
+    for body in bodies:
+        argument = f"bodies {body.name!r}"
+        if not body.name or "/" in body.name or body.name in paths:
+            raise ValueError(f"{argument} is no name without a slash, or there already")
+        if body.on not in paths:
+            raise ValueError(f"{argument} is on {body.on!r}, which does not come before it")
+        path = paths[body.name] = f"{paths[body.on]}/{body.name}"
+        if body.slider:
+            if body.slider not in sliders:
+                raise ValueError(f"{argument} has the slider {body.slider!r}; there are {sorted(sliders)}")
+            slider = sliders[body.slider]
+            drives[path] = _drive(body.poses, slider, f"{argument} poses")
+            frames[path] = drives[path].at(np.array(slider.start))
+        else:
+            frames[path] = _rigid(body.poses, f"{argument} poses", (4, 4))
+        rods = _array(body.rods, f"{argument} rods", (-1, 2, 3))
+        pins = _array(body.pins, f"{argument} pins", (-1, 3))
+        if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
+            raise ValueError(f"{argument} has a rod without length")
+        radius = _positive(body.radius, f"{argument} radius")
+        drawn += shapes.rods(path, rods, pins, radius, shapes.hex_color(body.color))
+    return frames, drives, drawn
+
+
+def _drive(poses: Array, slider: Slider, argument: str) -> _Drive:
+    T = _rigid(poses, argument, (len(slider.values), 4, 4))
+    turns = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    # A quaternion and its negative are one rotation; neighbours are to be near each other.
+    near = np.sign(np.sum(turns[1:] * turns[:-1], axis=1))
+    turns[1:] *= np.where(near == 0, 1.0, near).cumprod()[:, None]
+    if (np.sum(turns[1:] * turns[:-1], axis=1) <= math.cos(math.pi / 4)).any():
+        raise ValueError(f"{argument} turn by π/2 or more from one value to the next; less is needed")
+    return _Drive(slider, T[:, :3, 3], turns)
+
+
+def _rigid(poses: Array, argument: str, shape: tuple[int, ...]) -> Array:
+    T = _array(poses, argument, shape)
+    spatial.require_rigid(T, argument)
+    return T
 
 
 @dataclass(frozen=True)
@@ -785,6 +1002,30 @@ def _slider(label: str, drawn: _DrawnChain, joint: int) -> Command:
         "min": lower if math.isfinite(lower) else min(-unlimited, value),
         "max": upper if math.isfinite(upper) else max(unlimited, value),
         "step": 0.01,
+    }
+    return Command({"type": "set_control", **control})
+
+
+def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, _Drive]) -> Command:
+    """Slider that moves the frames of all bodies that are its own."""
+    moved = [
+        {
+            "node": _node(path).entries,
+            "positions": drive.positions.round(5).tolist(),
+            "turns": drive.turns.round(6).tolist(),
+        }
+        for path, drive in drives.items()
+        if drive.slider.label == slider.label
+    ]
+    table = json.dumps({"values": slider.values.round(6).tolist(), "bodies": moved}, separators=(",", ":"))
+    span = float(slider.values[-1] - slider.values[0])
+    control = {
+        "name": label,
+        "callback": f"value => moveBodies(value, {table})",
+        "value": slider.start,
+        "min": float(slider.values[0]),
+        "max": float(slider.values[-1]),
+        "step": 10.0 ** math.floor(math.log10(span / 100)),
     }
     return Command({"type": "set_control", **control})
 

@@ -51,6 +51,7 @@ __all__ = [
     "links",
     "path",
     "reach",
+    "rods",
     "triad",
 ]
 
@@ -349,6 +350,21 @@ def links(chain: Chain, joints: Sequence[str], radius: float, color: str) -> lis
         if np.linalg.norm(end) > radius:
             shapes.append(_tube(joint, "link", (np.zeros(3), end), (radius, radius), color))
     return shapes
+
+
+def rods(frame: str, ends: Array, pins: Array, radius: float, color: str) -> list[Shape]:
+    """Tubes between ends (m, 2, 3), and drums along z about pins (p, 3)."""
+    drum = np.array([[0.0, 0.0, -2.2 * radius], [0.0, 0.0, 2.2 * radius]])
+    return [
+        *(
+            _tube(frame, f"rod{i}", (start, end), (radius, radius), color)
+            for i, (start, end) in enumerate(ends)
+        ),
+        *(
+            _tube(frame, f"pin{i}", tuple(pin + drum), (1.7 * radius, 1.7 * radius), _darker(color))
+            for i, pin in enumerate(pins)
+        ),
+    ]
 
 
 def reach(chain: Chain) -> float:

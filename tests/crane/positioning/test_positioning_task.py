@@ -96,3 +96,10 @@ def test_a_task_whose_parts_do_not_fit_is_refused(name):
 def test_strokes_that_are_none_are_refused():
     with pytest.raises(ValueError, match="strokes"):
         errors(TASK, answered(TASK.starts * torch.nan))
+
+
+@pytest.mark.parametrize("payload", [-1.0, 501.0, math.inf])
+def test_loads_that_the_crane_may_not_lift_are_refused_by_name(payload):
+    """Asked for of every method, learned ones too, which would answer to any number."""
+    with pytest.raises(ValueError, match="payload"):
+        thesis_task([(3.0, 2.0)], [payload])

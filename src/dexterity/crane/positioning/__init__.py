@@ -1,5 +1,6 @@
 """Ways to bring the loaded tip of the crane to a point: the thesis's four, and today's."""
 
+from dexterity.crane.positioning.angle_network import AngleNetworkSag
 from dexterity.crane.positioning.compensation import (
     by_inverse_network,
     compensate,
@@ -25,6 +26,7 @@ from dexterity.crane.positioning.learning import (
     modular_network,
 )
 from dexterity.crane.positioning.regression import TrigonometricSag, trigonometric_features
+from dexterity.crane.positioning.tables import TableSag
 from dexterity.crane.positioning.task import (
     Errors,
     Placement,
@@ -36,11 +38,13 @@ from dexterity.crane.positioning.task import (
 )
 
 __all__ = [
+    "AngleNetworkSag",
     "DescentOptions",
     "Errors",
     "GaussNewtonOptions",
     "GeneticInverseOptions",
     "Placement",
+    "TableSag",
     "Task",
     "TrigonometricSag",
     "by_inverse_network",

@@ -20,7 +20,7 @@ from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS
 from dexterity.crane.description import Crane, patu655
 from dexterity.crane.equilibrium import corotational_deflection
 from dexterity.crane.kinematics import inverse, tip_position
-from dexterity.crane.structure import deflection
+from dexterity.crane.structure import deflection, require_payload
 from dexterity.spatial import TensorLike
 
 __all__ = [
@@ -56,7 +56,7 @@ class Task:
     Raises
     ------
     ValueError
-        If shapes do not fit or a number is not finite.
+        If shapes do not fit, a number is not finite, or a payload is negative or above the crane's rating.
     """
 
     targets: Float64[Tensor, "N 2"]
@@ -69,6 +69,7 @@ class Task:
             given = spatial.to_float64(getattr(self, name), name).shape
             if given != (len(self.targets), *shape):
                 raise ValueError(f"{name} has shape {tuple(given)}; {(len(self.targets), *shape)} is needed")
+        require_payload(self.payload, self.crane)
 
     def __len__(self) -> int:
         """Return the number of points N."""

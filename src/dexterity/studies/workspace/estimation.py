@@ -80,11 +80,11 @@ PAPERS_WAY, LONGER, PAPERS_SIZE = (
     "the paper's way, more steps",
     "the paper's size",
 )
-"""Ways to train the paper's network: its own, its own with smaller batches, and its own at its full size."""
+"""Ways to train the paper's network, its own way, with more steps, and at its full size."""
 
 UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
 COLUMNS, RELEVANT, PLAIN, WORLD, BEST = "columns", "relevant", "rotation", "world", "plane"
-"""What a network is given of a pose, from all columns to the plane of the arm, which leaves the least error."""
+"""What a network is given of a pose, from all columns to the plane of the arm, which leaves least."""
 
 _PAPER = "liao2018"
 _THRESHOLDS = (0.25, 0.5, 0.75)

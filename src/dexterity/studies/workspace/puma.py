@@ -72,7 +72,7 @@ TOLERANCE = Tolerance(rtol=0.05, atol=0.02)
 JUDGED_AS_STORED = True
 
 EXACT, GENERAL, PLANE = "exact", "rotation", "plane"
-"""Who answers: the closed form, the network of rotation matrices, the network in the plane of the arm."""
+"""Who answers, the closed form or the networks of rotation matrices and of the plane of the arm."""
 
 LINKS = (0.15, 0.4318, 0.4318, 0.0203)
 """d₃, d₄, a₂ and a₃ of the PUMA 560 [m]."""

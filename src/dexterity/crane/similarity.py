@@ -1,0 +1,74 @@
+"""The same crane in another size.
+
+Kinematics has no scale: a crane of half the size reaches half as far with half the strokes. Its structure
+has one. Weights go with the cube of the size and stiffnesses against bending, as forces over lengths, with
+its first power, so that a smaller crane sags less even as a share of its size.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from dexterity.crane.description import Crane, Linkage, Member, Structure
+
+__all__ = ["scaled"]
+
+
+def scaled(crane: Crane, factor: float) -> Crane:
+    r"""Return a crane whose lengths are all multiplied by a factor.
+
+    Masses, the rating among them, are multiplied by the factor's cube, and so is the stiffness of the ground.
+    With loads by the cube, deflections are multiplied by its square.
+
+    Parameters
+    ----------
+    crane
+        The crane.
+    factor
+        New lengths by old ones.
+
+    Raises
+    ------
+    ValueError
+        If the factor is not a positive number.
+
+    References
+    ----------
+    Timoshenko & Young (1965), Theory of structures: deflections go as :math:`F L^3 / (E I)`.
+    """
+    if not 0 < factor < math.inf:
+        raise ValueError(f"factor is {factor}; a positive number is needed")
+    return dataclasses.replace(
+        crane,
+        name=f"{crane.name}, {factor:g} of its size",
+        lower=_times(crane.lower, factor),
+        upper=_times(crane.upper, factor),
+        rating=crane.rating * factor**3,
+        linkage=_scaled_linkage(crane.linkage, factor),
+        structure=_scaled_structure(crane.structure, factor),
+    )
+
+
+def _scaled_linkage(linkage: Linkage, factor: float) -> Linkage:
+    lengths = {field.name: getattr(linkage, field.name) for field in dataclasses.fields(linkage)}
+    return Linkage(**{name: _times(length, factor) for name, length in lengths.items()})
+
+
+def _scaled_structure(parts: Structure, factor: float) -> Structure:
+    cubed = ("ground_stiffness", "lift_cylinder_mass", "jib_cylinder_mass", "linkage_mass")
+    members = {name: _scaled_member(getattr(parts, name), factor) for name in _MEMBERS}
+    return dataclasses.replace(parts, **members, **{name: getattr(parts, name) * factor**3 for name in cubed})
+
+
+_MEMBERS = ("pillar", "lift", "jib", "extension")
+
+
+def _scaled_member(member: Member, factor: float) -> Member:
+    return Member(_times(member.nodes, factor), _times(member.tubes, factor))
+
+
+def _times(value: Any, factor: float) -> Any:
+    """Multiply a length, or each of nested tuples of them."""
+    return tuple(_times(part, factor) for part in value) if isinstance(value, tuple) else value * factor
