@@ -248,10 +248,11 @@ def test_tables_have_their_rows(result):
 
 def test_bars_sway_from_no_payload_to_the_rating_and_back():
     rest, moving = study.swaying_bars((5.0, 2.0), frames=9)
+    assert moving.keys() == study.LOOKS.keys()
     assert rest.shape == (27, 2, 3)
-    tips = [frames[:, -1, 1] for _, frames in moving.values()]
+    tips = [frames[:, -1, 1] for frames in moving.values()]
     assert all(math.isclose(ends[0, 2], ends[-1, 2], abs_tol=1e-9) for ends in tips)
-    _, extension = moving["extension"]
+    extension = moving["extension"]
     strokes = crane.inverse([5.0, 2.0]).strokes
     for frame, payload in ((0, 0.0), (4, 500.0)):
         sag = crane.deflection(strokes, payload).numpy() * study.MAGNIFIED

@@ -38,12 +38,12 @@ from dexterity.crane.kinematics import turned
 from dexterity.crane.shape import PARTS, bars, displacements
 from dexterity.crane.structure import Assembly, deflection, load_response
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
-from dexterity.report.figures import COLORS
 from dexterity.report.stored import Tolerance
 from dexterity.report.timing import Timing
 
 __all__ = [
     "CONFIGS",
+    "LOOKS",
     "MAGNIFIED",
     "NAMED",
     "STATISTICS",
@@ -82,6 +82,18 @@ UNTUNED = (1.0, 3e6)
 
 MAGNIFIED = 10.0
 """How many times larger than they are displacements are drawn."""
+
+LOOKS: Mapping[str, tuple[str, float]] = dict(
+    zip(
+        PARTS,
+        (
+            ("black", 0.05), ("blue", 0.045), ("bluish green", 0.04), ("orange", 0.028),
+            ("reddish purple", 0.03), ("vermillion", 0.03),
+        ),
+        strict=True,
+    )
+)  # fmt: skip
+"""Colours of the crane's parts in scenes, and radii of their bars [m]."""
 
 NAMED = ((2.0, 2.0), (1.0, 7.0), (2.0, 7.0))
 """Points about which the thesis finds little or no training data [m]."""
@@ -1168,7 +1180,7 @@ def rate_table(result: Result) -> dict[str, dict[str, str]]:
 
 def swaying_bars(
     point: tuple[float, float] = (6.0, 2.0), frames: int = 25
-) -> tuple[NDArray[np.float64], dict[str, tuple[str, NDArray[np.float64]]]]:
+) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """Bars of the crane that reaches a point, for a scene.
 
     Parameters
@@ -1180,27 +1192,14 @@ def swaying_bars(
 
     Returns
     -------
-    Ends (m, 2, 3) of all bars without any load, not even their own weight; and by part a colour and the
-    ends (frames, m, 2, 3) with displacements magnified `MAGNIFIED` times.
+    Ends (m, 2, 3) of all bars without any load, not even their own weight; and by part, in the order of
+    `LOOKS`, the ends (frames, m, 2, 3) with displacements magnified `MAGNIFIED` times.
     """
     drawn = bars(kinematics.inverse(point).strokes)
     shares = (1 - torch.cos(torch.linspace(0, 2 * math.pi, frames, dtype=torch.float64))) / 2
     loaded = torch.stack([drawn.loaded(float(s) * drawn.crane.rating, MAGNIFIED) for s in shares])
-    own = {part: [i for i, name in enumerate(drawn.parts) if name == part] for part in PARTS}
-    moving = {part: (color, _in_space(loaded[:, own[part]])) for part, color in _COLORS.items()}
-    return _in_space(drawn.ends), moving
-
-
-_COLORS = dict(
-    zip(
-        PARTS,
-        (
-            COLORS[name]
-            for name in ("black", "blue", "bluish green", "orange", "reddish purple", "vermillion")
-        ),
-        strict=True,
-    )
-)
+    own = {part: [i for i, name in enumerate(drawn.parts) if name == part] for part in LOOKS}
+    return _in_space(drawn.ends), {part: _in_space(loaded[:, some]) for part, some in own.items()}
 
 
 def _in_space(points: Tensor) -> NDArray[np.float64]:
