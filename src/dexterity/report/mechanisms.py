@@ -44,7 +44,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body of a mechanism, drawn as rods and pins, see :meth:`~dexterity.report.scenes.Scene.add_mechanism`.
+    """A rigid body of a mechanism, drawn as rods and pins, see :class:`~dexterity.report.scenes.Scene`.
 
     Attributes
     ----------
