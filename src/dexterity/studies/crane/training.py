@@ -111,11 +111,11 @@ class Config:
     """
 
     seeds: tuple[int, ...] = (0, 1, 2)
-    epochs: int = 30
-    batch_passes: int = 200
+    epochs: int = 20
+    batch_passes: int = 150
     some_passes: int = 20
-    pattern_passes: int = 2
-    sizes: tuple[int, ...] = (8, 14, 20, 32)
+    pattern_passes: int = 1
+    sizes: tuple[int, ...] = (8, 14, 26)
     rule_seeds: int = 1
     held_out: float = 0.2
     sets: int = 100
@@ -388,12 +388,15 @@ def _seconds(network: FeedForward, x: Tensor, y: Tensor, config: Config) -> dict
             LEVENBERG_MARQUARDT, partial(levenberg_marquardt, network, x, y, Options(epochs=epochs)), epochs
         )
     ]
+    # Row by row, a tenth of the rows takes a tenth of the time.
+    parts = {mode: 10 if at_once == 1 else 1 for mode, at_once in MODES.items()}
     for mode, at_once in MODES.items():
         stack = _Stack([network], [1e-6])
-        scaled = stack.scaled(x, y)
+        scaled = stack.scaled(x[:: parts[mode]], y[:: parts[mode]])
         random = torch.Generator().manual_seed(0)
         ways.append(timing.Way(mode, partial(_pass, _descender(stack), *scaled, at_once, random), 1))
-    return {found.name: found.median for found in timing.measure(ways, rounds=3, seconds=0.1)}
+    found = timing.measure(ways, rounds=5, seconds=0.1)
+    return {own.name: parts.get(own.name, 1) * own.median for own in found}
 
 
 # ---- sizes -----------------------------------------------------------------------------------------
