@@ -28,7 +28,8 @@ import dexterity as dx
 from dexterity import indices, robots
 from dexterity.indices import Ellipsoid
 from dexterity.report import scenes, shapes
-from dexterity.report.scenes import Body, Scene, Slider
+from dexterity.report.mechanisms import Body, Slider
+from dexterity.report.scenes import Scene
 from serial_chains import random_robot
 
 Array = NDArray[np.float64]
@@ -157,7 +158,7 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
 PROGRAM = """
 import numpy as np
 from dexterity import robots
-from dexterity.report.scenes import Body, Scene, Slider
+from dexterity.report.scenes import Scene
 scene = Scene("An arm that moves")
 scene.add_chain(robots.puma560(), np.zeros(6), name="arm")
 scene.animate("arm", np.linspace(0, 1, 12).reshape(2, 6))

@@ -19,31 +19,33 @@ import json
 import math
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import matplotlib.style
 import numpy as np
 import umsgpack
 from matplotlib.figure import Figure
-from meshcat.animation import Animation, AnimationClip
+from meshcat.animation import Animation
 from meshcat.commands import SetObject
 from meshcat.path import Path as NodePath
 from meshcat.visualizer import Visualizer
-from scipy.spatial.transform import Rotation
 
 from dexterity import spatial, store
-from dexterity.chain import Chain, JointKind
+from dexterity.chain import Chain
 from dexterity.indices import Ellipsoid
 from dexterity.report import shapes
+from dexterity.report.arguments import finite_array, positive
 from dexterity.report.markup import Markup, element
+from dexterity.report.mechanisms import Body, Drive, Mechanism, Slider, assembled, labelled
+from dexterity.report.motion import BarMotion, JointMotion, joint_motion
 from dexterity.report.shapes import Array, Command, Shape, View
 from dexterity.spatial import TensorLike
 
-__all__ = ["Body", "Scene", "Slider", "copy_viewer", "side_by_side"]
+__all__ = ["Scene", "copy_viewer", "side_by_side"]
 
 
 def copy_viewer(folder: str | Path) -> None:
@@ -79,61 +81,6 @@ def side_by_side(*scenes: Scene) -> Markup:
     return Markup(element("div", "".join(cells), style="display:flex;flex-wrap:wrap;gap:0.75rem"))
 
 
-@dataclass(frozen=True)
-class Slider:
-    """A slider that moves bodies of a mechanism, see :meth:`Scene.add_mechanism`.
-
-    Attributes
-    ----------
-    label
-        What stands beside it, with its unit.
-    values
-        (k,) values for which the bodies have poses, each larger than the one before; it runs from the first
-        to the last.
-    start
-        Where it stands at first.
-    """
-
-    label: str
-    values: Array
-    start: float
-
-
-@dataclass(frozen=True)
-class Body:
-    """A rigid body of a mechanism, drawn as rods and pins, see :meth:`Scene.add_mechanism`.
-
-    Attributes
-    ----------
-    name
-        What the mechanism calls it.
-    on
-        Name of the body that carries it; empty for none.
-    slider
-        Label of the slider that moves it on what carries it; empty for none.
-    poses
-        (k, 4, 4) poses in the frame of what carries it, one for each value of the slider, or (4, 4) without
-        a slider.
-    rods
-        (m, 2, 3) ends of its rods in its own frame [m].
-    pins
-        (p, 3) middles of its pins, which lie along the z axis of its own frame [m].
-    radius
-        Of its rods [m].
-    color
-        As in :meth:`Scene.add_chain`.
-    """
-
-    name: str
-    on: str = ""
-    slider: str = ""
-    poses: Array = field(default_factory=lambda: np.eye(4))
-    rods: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
-    pins: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    radius: float = 0.04
-    color: str = "#64748B"
-
-
 class Scene:
     """A scene in the world frame, z up, lengths in metres.
 
@@ -162,15 +109,15 @@ class Scene:
             raise ValueError(f"height is {height}; a positive number of pixels is needed")
         self._title = title
         self._height = height
-        self._camera_axes = shapes.camera_axes(_array(view_from, "view_from", (3,)))
+        self._camera_axes = shapes.camera_axes(finite_array(view_from, "view_from", (3,)))
         self._names: list[str] = []
         self._frames: dict[str, Array] = {}
         self._shapes: list[Shape] = []
         self._chains: dict[str, _DrawnChain] = {}
         self._bars: dict[str, Array] = {}
-        self._motions: dict[str, _Motion | _BarMotion] = {}
+        self._motions: dict[str, JointMotion | BarMotion] = {}
         self._sliders: list[str] = []
-        self._mechanisms: dict[str, _Mechanism] = {}
+        self._mechanisms: dict[str, Mechanism] = {}
         self._legend: dict[str, str] = {}
 
     def __repr__(self) -> str:
@@ -217,7 +164,7 @@ class Scene:
             If the name is taken or holds a slash, `q` does not fit the chain or is not finite, or the
             colour is unknown.
         """
-        q = _array(q, "q", (chain.joints,))
+        q = finite_array(q, "q", (chain.joints,))
         color = shapes.hex_color(color)
         name = self._new_name(chain.name if name is None else name)
         joints = self._add_joint_frames(chain, q, name)
@@ -263,9 +210,9 @@ class Scene:
             one value to the next; a slider is there twice, moves nothing, has less than two values, values
             that do not grow, or starts outside of them; a colour is unknown, or `pose` is no rigid pose.
         """
-        T = np.eye(4) if pose is None else _array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
-        by_label = _labelled(sliders)
-        frames, drives, drawn = _assembled(bodies, by_label, name)
+        T = np.eye(4) if pose is None else finite_array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
+        by_label = labelled(sliders)
+        frames, drives, drawn = assembled(bodies, by_label, name)
         idle = by_label.keys() - {body.slider for body in bodies}
         if idle:
             raise ValueError(f"sliders hold {sorted(idle)}, which move nothing")
@@ -274,7 +221,7 @@ class Scene:
         for path, T_carrier_body in frames.items():
             self._add_frame(path, T_carrier_body)
         self._shapes += drawn
-        self._mechanisms[name] = _Mechanism(tuple(sliders), drives)
+        self._mechanisms[name] = Mechanism(tuple(sliders), drives)
 
     def add_box(
         self,
@@ -308,10 +255,10 @@ class Scene:
             If the name is taken, `size` is not three positive lengths, `on` names no chain, `joint` is not
             one of its joints, or `pose` is not a rigid pose.
         """
-        lengths = _array(size, "size", (3,))
+        lengths = finite_array(size, "size", (3,))
         if (lengths <= 0).any():
             raise ValueError(f"size is {tuple(lengths.tolist())}; three positive lengths are needed")
-        T = np.eye(4) if pose is None else _array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
+        T = np.eye(4) if pose is None else finite_array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
         color = shapes.hex_color(color)
         parent = ""
         if on is not None:
@@ -353,15 +300,15 @@ class Scene:
             If the name is taken, the ellipsoid is not of shape (3, 3) and (3,), is unbounded or is a
             point, `center` is not a finite point, or `scale` is not positive.
         """
-        axes = _array(ellipsoid.axes, "ellipsoid.axes", (3, 3))
-        semi_axes = _array(ellipsoid.semi_axes, "ellipsoid.semi_axes", (3,))
+        axes = finite_array(ellipsoid.axes, "ellipsoid.axes", (3, 3))
+        semi_axes = finite_array(ellipsoid.semi_axes, "ellipsoid.semi_axes", (3,))
         if not semi_axes.max() > 0:
             raise ValueError("ellipsoid.semi_axes are all zero; there is nothing to draw")
         T = np.eye(4)
-        T[:3, 3] = _array(center, "center", (3,))
+        T[:3, 3] = finite_array(center, "center", (3,))
         # Either sense of the third axis gives the same ellipsoid; this one makes T a rotation.
         T[:3, :3] = np.column_stack([axes[:, 0], axes[:, 1], np.cross(axes[:, 0], axes[:, 1])])
-        lengths = _positive(scale, "scale") * semi_axes
+        lengths = positive(scale, "scale") * semi_axes
         color = shapes.hex_color(color)
         frame = self._add_frame(self._new_name(name), T)
         self._shapes += shapes.ellipsoid(frame, lengths, color)
@@ -382,7 +329,7 @@ class Scene:
         ValueError
             If the name is taken, or `points` is not of that shape, not finite, or a single place.
         """
-        points = _array(points, "points", (-1, 3))
+        points = finite_array(points, "points", (-1, 3))
         moved = (np.diff(points, axis=0) != 0).any(axis=1)
         if not moved.any():
             raise ValueError("points are a single place; a path needs at least two different ones")
@@ -411,10 +358,10 @@ class Scene:
             If the name is taken, `points` is not of that shape, not finite or empty, or the size is not
             positive.
         """
-        points = _array(points, "points", (-1, 3))
+        points = finite_array(points, "points", (-1, 3))
         if not len(points):
             raise ValueError("points is empty; one or more are needed")
-        size, color = _positive(size, "size"), shapes.hex_color(color)
+        size, color = positive(size, "size"), shapes.hex_color(color)
         frame = self._add_frame(self._new_name(name), np.eye(4))
         self._shapes += shapes.dots(frame, points, size, color)
         self._legend[name] = color
@@ -439,15 +386,15 @@ class Scene:
             If the name is taken, `ends` is not of that shape, not finite or empty, a bar has no length, or
             the radius is not positive.
         """
-        ends = _array(ends, "ends", (-1, 2, 3))
+        ends = finite_array(ends, "ends", (-1, 2, 3))
         if not len(ends):
             raise ValueError("ends is empty; one bar or more are needed")
         lengths = _bar_lengths(ends, "ends")
-        radius, color = _positive(radius, "radius"), shapes.hex_color(color)
+        radius, color = positive(radius, "radius"), shapes.hex_color(color)
         self._add_frame(self._new_name(name), np.eye(4))
         self._bars[name] = ends
         for i, length in enumerate(lengths.tolist()):
-            (pose,) = _BarMotion.of(ends[None, i], length, 1.0).poses()
+            (pose,) = BarMotion.of(ends[None, i], length, 1.0).poses()
             frame = self._add_frame(f"{name}/bar{i}", pose)
             self._shapes += shapes.bar(frame, length, radius, color)
         self._legend[name] = color
@@ -476,10 +423,10 @@ class Scene:
         """
         drawn = self._drawn(name, "name")
         self._require_at_rest(name)
-        frames = _array(q_frames, "q_frames", (-1, drawn.chain.joints))
+        frames = finite_array(q_frames, "q_frames", (-1, drawn.chain.joints))
         if len(frames) < 2:
             raise ValueError(f"q_frames has {len(frames)} frames; at least two are needed")
-        speed = _positive(frames_per_second, "frames_per_second")
+        speed = positive(frames_per_second, "frames_per_second")
         turns = np.abs(np.diff(frames, axis=0)).max(axis=0)
         for joint, kind, turn in zip(drawn.chain.joint_names, drawn.chain.kinds, turns, strict=True):
             if kind == "revolute" and turn >= math.pi:
@@ -488,7 +435,7 @@ class Scene:
                 )
         for i, path in enumerate(drawn.joints):
             if (frames[:, i] != drawn.q[i]).any():
-                self._motions[path] = _Motion(drawn.chain.kinds[i], frames[:, i], speed)
+                self._motions[path] = JointMotion(drawn.chain.kinds[i], frames[:, i], speed)
 
     def add_sliders(self, name: str) -> None:
         """Give the reader a slider for each joint of a chain.
@@ -536,13 +483,13 @@ class Scene:
         paths = [f"{name}/bar{i}" for i in range(len(self._bars[name]))]
         if any(path in self._motions for path in paths):
             raise ValueError(f"name is {name!r}, which has an animation already")
-        ends = _array(frames, "frames", (-1, len(paths), 2, 3))
+        ends = finite_array(frames, "frames", (-1, len(paths), 2, 3))
         if len(ends) < 2:
             raise ValueError(f"frames has {len(ends)} frames; at least two are needed")
         _bar_lengths(ends, "frames")
-        speed = _positive(frames_per_second, "frames_per_second")
+        speed = positive(frames_per_second, "frames_per_second")
         at_rest = _bar_lengths(self._bars[name], "ends").tolist()
-        motions = [_BarMotion.of(ends[:, i], length, speed) for i, length in enumerate(at_rest)]
+        motions = [BarMotion.of(ends[:, i], length, speed) for i, length in enumerate(at_rest)]
         moves = (ends != self._bars[name]).any(axis=(0, 2, 3))
         for path, motion, moved in zip(paths, motions, moves, strict=True):
             if moved:
@@ -657,7 +604,7 @@ class Scene:
         links = chain.link_transforms.numpy()
         for i, kind in enumerate(chain.kinds):
             path = self._add_frame(f"{path}/link{i}", links[i])
-            path = self._add_frame(f"{path}/joint{i}", _joint_motion(kind, q[i]))
+            path = self._add_frame(f"{path}/joint{i}", joint_motion(kind, q[i]))
             joints.append(path)
         self._add_frame(f"{path}/link{chain.joints}", links[-1])
         return tuple(joints)
@@ -706,227 +653,6 @@ class _DrawnChain:
     chain: Chain
     q: Array
     joints: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """Values (m,) that a joint takes one after the other."""
-
-    kind: JointKind
-    values: Array
-    frames_per_second: float
-
-    def poses(self) -> Array:
-        """Motion of the joint in each frame, (m, 4, 4)."""
-        return _joint_motion(self.kind, self.values)
-
-    def clip(self) -> AnimationClip:
-        """Keyframes for meshcat, without those inside a rest."""
-        clip = AnimationClip(fps=self.frames_per_second)
-        changes = np.diff(self.values) != 0
-        for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True)).tolist():
-            value = float(self.values[frame])
-            if self.kind == "revolute":
-                turn = [0.0, 0.0, math.sin(value / 2), math.cos(value / 2)]
-                clip.set_property(frame, "quaternion", "quaternion", turn)
-            else:
-                clip.set_property(frame, "position", "vector3", [0.0, 0.0, value])
-        return clip
-
-
-@dataclass(frozen=True)
-class _Drive:
-    """Poses of a frame in the one that carries it, for values (k,) of a slider: positions and quaternions."""
-
-    slider: Slider
-    positions: Array
-    turns: Array
-
-    def at(self, values: Array) -> Array:
-        """Poses (..., 4, 4) for values (...), as ``scene.html`` interpolates them."""
-        known = self.slider.values
-        rows = np.concatenate([self.positions, self.turns], axis=1).T
-        between = np.stack([np.interp(values, known, row) for row in rows], axis=-1)
-        T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
-        T[..., :3, 3] = between[..., :3]
-        R = Rotation.from_quat(between[..., 3:].reshape(-1, 4)).as_matrix()
-        T[..., :3, :3] = R.reshape(*np.shape(values), 3, 3)
-        return T
-
-
-@dataclass(frozen=True)
-class _Mechanism:
-    """Sliders of a mechanism, and what they do to the frames of its bodies, by path."""
-
-    sliders: tuple[Slider, ...]
-    drives: Mapping[str, _Drive]
-
-    def extremes(self) -> dict[str, Array]:
-        """Poses (n, 4, 4) of the bodies for values of the sliders all over their ranges."""
-        if not self.sliders:
-            return {}
-        steps = max(2, min(9, int(729.5 ** (1 / len(self.sliders)))))
-        ranges = [np.linspace(slider.values[0], slider.values[-1], steps) for slider in self.sliders]
-        grid = {
-            slider.label: values.ravel()
-            for slider, values in zip(self.sliders, np.meshgrid(*ranges), strict=True)
-        }
-        return {path: drive.at(grid[drive.slider.label]) for path, drive in self.drives.items()}
-
-
-def _labelled(sliders: Sequence[Slider]) -> dict[str, Slider]:
-    """Sliders by label, if each is as it should be."""
-    by_label: dict[str, Slider] = {}
-    for slider in sliders:
-        if not slider.label or slider.label in by_label:
-            raise ValueError(f"sliders hold {slider.label!r}, which is no label or there already")
-        values = _array(slider.values, f"sliders {slider.label!r} values", (-1,))
-        if len(values) < 2 or not (np.diff(values) > 0).all():
-            raise ValueError(f"sliders {slider.label!r} has values that do not grow; two or more are needed")
-        if not values[0] <= slider.start <= values[-1]:
-            raise ValueError(f"sliders {slider.label!r} starts at {slider.start}, outside of its values")
-        by_label[slider.label] = Slider(slider.label, values, float(slider.start))
-    return by_label
-
-
-_Assembly: TypeAlias = tuple[dict[str, Array], dict[str, _Drive], list[Shape]]
-
-
-def _assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) -> _Assembly:
-    """Frames of bodies at first and what moves them, by path, and their shapes."""
-    paths = {"": name}
-    frames: dict[str, Array] = {}
-    drives: dict[str, _Drive] = {}
-    drawn: list[Shape] = []
-    for body in bodies:
-        argument = f"bodies {body.name!r}"
-        if not body.name or "/" in body.name or body.name in paths:
-            raise ValueError(f"{argument} is no name without a slash, or there already")
-        if body.on not in paths:
-            raise ValueError(f"{argument} is on {body.on!r}, which does not come before it")
-        path = paths[body.name] = f"{paths[body.on]}/{body.name}"
-        if body.slider:
-            if body.slider not in sliders:
-                raise ValueError(f"{argument} has the slider {body.slider!r}; there are {sorted(sliders)}")
-            slider = sliders[body.slider]
-            drives[path] = _drive(body.poses, slider, f"{argument} poses")
-            frames[path] = drives[path].at(np.array(slider.start))
-        else:
-            frames[path] = _rigid(body.poses, f"{argument} poses", (4, 4))
-        rods = _array(body.rods, f"{argument} rods", (-1, 2, 3))
-        pins = _array(body.pins, f"{argument} pins", (-1, 3))
-        if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
-            raise ValueError(f"{argument} has a rod without length")
-        radius = _positive(body.radius, f"{argument} radius")
-        drawn += shapes.rods(path, rods, pins, radius, shapes.hex_color(body.color))
-    return frames, drives, drawn
-
-
-def _drive(poses: Array, slider: Slider, argument: str) -> _Drive:
-    T = _rigid(poses, argument, (len(slider.values), 4, 4))
-    turns = Rotation.from_matrix(T[:, :3, :3]).as_quat()
-    # A quaternion and its negative are one rotation; neighbours are to be near each other.
-    near = np.sign(np.sum(turns[1:] * turns[:-1], axis=1))
-    turns[1:] *= np.where(near == 0, 1.0, near).cumprod()[:, None]
-    if (np.sum(turns[1:] * turns[:-1], axis=1) <= math.cos(math.pi / 4)).any():
-        raise ValueError(f"{argument} turn by π/2 or more from one value to the next; less is needed")
-    return _Drive(slider, T[:, :3, 3], turns)
-
-
-def _rigid(poses: Array, argument: str, shape: tuple[int, ...]) -> Array:
-    T = _array(poses, argument, shape)
-    spatial.require_rigid(T, argument)
-    return T
-
-
-@dataclass(frozen=True)
-class _BarMotion:
-    """Where a bar along the y axis is moved to, one frame after the other.
-
-    Attributes
-    ----------
-    middles
-        (k, 3) in the world [m].
-    turns
-        (k, 4) unit quaternions x, y, z, w that turn y into its direction.
-    stretches
-        (k) lengths over the one that it was drawn with.
-    """
-
-    middles: Array
-    turns: Array
-    stretches: Array
-    frames_per_second: float
-
-    @classmethod
-    def of(cls, ends: Array, length: float, frames_per_second: float) -> _BarMotion:
-        """Follow the ends (k, 2, 3) of a bar that was drawn with a length.
-
-        Raises
-        ------
-        ValueError
-            If the bar turns by π from one frame to the next.
-        """
-        along = ends[:, 1] - ends[:, 0]
-        lengths = np.linalg.norm(along, axis=1)
-        middles = ends.mean(axis=1)
-        return cls(middles, _turns_of_y(along / lengths[:, None]), lengths / length, frames_per_second)
-
-    def poses(self) -> Array:
-        """Frame of the bar in each frame of the animation, (k, 4, 4); its y axis is stretched."""
-        T = np.broadcast_to(np.eye(4), (len(self.middles), 4, 4)).copy()
-        T[:, :3, :3] = Rotation.from_quat(self.turns).as_matrix()
-        T[:, :3, 1] *= self.stretches[:, None]
-        T[:, :3, 3] = self.middles
-        return T
-
-    def clip(self) -> AnimationClip:
-        """Keyframes for meshcat, without those inside a rest."""
-        clip = AnimationClip(fps=self.frames_per_second)
-        stretches = np.ones_like(self.middles)
-        stretches[:, 1] = self.stretches
-        tracks = {"position": self.middles, "quaternion": self.turns, "scale": stretches}
-        for name, values in tracks.items():
-            changes = (np.diff(values, axis=0) != 0).any(axis=1)
-            kind = "quaternion" if name == "quaternion" else "vector3"
-            for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True)).tolist():
-                clip.set_property(frame, name, kind, values[frame].tolist())
-        return clip
-
-
-def _turns_of_y(directions: Array) -> Array:
-    """Turn y into unit vectors (k, 3), each the shortest way from the last: unit quaternions (k, 4)."""
-    y = np.array([0.0, 1.0, 0.0])
-    # Half a turn about x is as short as any other way to look against y.
-    turn = Rotation.from_rotvec([math.pi if directions[0, 1] < _RIGHT_ROUND else 0.0, 0.0, 0.0])
-    turns = []
-    for i, direction in enumerate(directions):
-        now = turn.apply(y)
-        axis, cosine = np.cross(now, direction), now @ direction
-        sine = np.linalg.norm(axis)
-        if i and cosine < _RIGHT_ROUND:
-            raise ValueError("frames turns a bar right round in one frame; less than π is needed")
-        # A bar that keeps its direction keeps its turn to the last digit.
-        if sine > 0 and not (i and (direction == directions[i - 1]).all()):
-            turn = Rotation.from_rotvec(axis / sine * math.atan2(sine, cosine)) * turn
-        turns.append(turn.as_quat())
-    return np.array(turns)
-
-
-_RIGHT_ROUND = -1 + 1e-9
-"""Cosine of a turn by π, but for rounding."""
-
-
-def _joint_motion(kind: JointKind, values: Array | float) -> Array:
-    """Turn about z or move along z: (...) values to (..., 4, 4) poses."""
-    T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
-    if kind == "prismatic":
-        T[..., 2, 3] = values
-        return T
-    T[..., 0, 0] = T[..., 1, 1] = np.cos(values)
-    T[..., 1, 0] = np.sin(values)
-    T[..., 0, 1] = -T[..., 1, 0]
-    return T
 
 
 def _in_world(frames: Mapping[str, Array]) -> dict[str, Array]:
@@ -1006,7 +732,7 @@ def _slider(label: str, drawn: _DrawnChain, joint: int) -> Command:
     return Command({"type": "set_control", **control})
 
 
-def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, _Drive]) -> Command:
+def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, Drive]) -> Command:
     """Slider that moves the frames of all bodies that are its own."""
     moved = [
         {
@@ -1037,25 +763,9 @@ def _node(path: str) -> NodePath:
 # ---- input ----------------------------------------------------------------------------------------
 
 
-def _array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
-    """Return a finite array of a shape in which -1 is any length, independent of the original."""
-    array: Array = spatial.to_float64(value, name).detach().cpu().numpy().copy()
-    fits = all(want in (-1, have) for want, have in zip(shape, array.shape, strict=False))
-    if array.ndim != len(shape) or not fits:
-        wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
-        raise ValueError(f"{name} has shape {array.shape}; ({wanted}) is needed")
-    return array
-
-
 def _bar_lengths(ends: Array, name: str) -> Array:
     """Return the lengths (...) of bars (..., 2, 3) [m], none of which is zero."""
     lengths: Array = np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
     if not (lengths > 0).all():
         raise ValueError(f"{name} has a bar without a length")
     return lengths
-
-
-def _positive(value: float, name: str) -> float:
-    if not (math.isfinite(value) and value > 0):
-        raise ValueError(f"{name} is {value}; a positive number is needed")
-    return float(value)

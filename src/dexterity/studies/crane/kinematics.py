@@ -25,7 +25,7 @@ from dexterity import crane, spatial
 from dexterity.crane.description import Crane, Point
 from dexterity.crane.kinematics import Posture, turned
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
-from dexterity.report.scenes import Body, Slider
+from dexterity.report.mechanisms import Body, Slider
 from dexterity.report.stored import Tolerance
 
 __all__ = [

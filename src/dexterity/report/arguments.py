@@ -1,0 +1,28 @@
+"""Arguments of a scene, checked by name."""
+
+from __future__ import annotations
+
+import math
+
+from dexterity import spatial
+from dexterity.report.shapes import Array
+from dexterity.spatial import TensorLike
+
+__all__ = ["finite_array", "positive"]
+
+
+def finite_array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
+    """Return a finite array of a shape in which -1 is any length, independent of the original."""
+    array: Array = spatial.to_float64(value, name).detach().cpu().numpy().copy()
+    fits = all(want in (-1, have) for want, have in zip(shape, array.shape, strict=False))
+    if array.ndim != len(shape) or not fits:
+        wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
+        raise ValueError(f"{name} has shape {array.shape}; ({wanted}) is needed")
+    return array
+
+
+def positive(value: float, name: str) -> float:
+    """Return a number that is finite and above zero."""
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"{name} is {value}; a positive number is needed")
+    return float(value)

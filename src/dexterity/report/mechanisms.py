@@ -1,0 +1,182 @@
+"""Mechanisms in a scene: rigid bodies in a tree of frames, which sliders move by tables of poses.
+
+A closed linkage is no chain. But what one slider does to each body can be told beforehand, pose by pose, and
+the page interpolates between them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from dexterity import spatial
+from dexterity.report import shapes
+from dexterity.report.arguments import finite_array, positive
+from dexterity.report.shapes import Array, Shape
+
+__all__ = ["Body", "Drive", "Mechanism", "Slider", "assembled", "labelled"]
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A slider that moves bodies of a mechanism, see :meth:`~dexterity.report.scenes.Scene.add_mechanism`.
+
+    Attributes
+    ----------
+    label
+        What stands beside it, with its unit.
+    values
+        (k,) values for which the bodies have poses, each larger than the one before; it runs from the first
+        to the last.
+    start
+        Where it stands at first.
+    """
+
+    label: str
+    values: Array
+    start: float
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body of a mechanism, drawn as rods and pins, see :class:`~dexterity.report.scenes.Scene`.
+
+    Attributes
+    ----------
+    name
+        What the mechanism calls it.
+    on
+        Name of the body that carries it; empty for none.
+    slider
+        Label of the slider that moves it on what carries it; empty for none.
+    poses
+        (k, 4, 4) poses in the frame of what carries it, one for each value of the slider, or (4, 4) without
+        a slider.
+    rods
+        (m, 2, 3) ends of its rods in its own frame [m].
+    pins
+        (p, 3) middles of its pins, which lie along the z axis of its own frame [m].
+    radius
+        Of its rods [m].
+    color
+        As in :meth:`~dexterity.report.scenes.Scene.add_chain`.
+    """
+
+    name: str
+    on: str = ""
+    slider: str = ""
+    poses: Array = field(default_factory=lambda: np.eye(4))
+    rods: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    pins: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    radius: float = 0.04
+    color: str = "#64748B"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Poses of a frame in the one that carries it, for values (k,) of a slider: positions and quaternions."""
+
+    slider: Slider
+    positions: Array
+    turns: Array
+
+    def at(self, values: Array) -> Array:
+        """Poses (..., 4, 4) for values (...), as ``scene.html`` interpolates them."""
+        known = self.slider.values
+        rows = np.concatenate([self.positions, self.turns], axis=1).T
+        between = np.stack([np.interp(values, known, row) for row in rows], axis=-1)
+        T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
+        T[..., :3, 3] = between[..., :3]
+        R = Rotation.from_quat(between[..., 3:].reshape(-1, 4)).as_matrix()
+        T[..., :3, :3] = R.reshape(*np.shape(values), 3, 3)
+        return T
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Sliders of a mechanism, and what they do to the frames of its bodies, by path."""
+
+    sliders: tuple[Slider, ...]
+    drives: Mapping[str, Drive]
+
+    def extremes(self) -> dict[str, Array]:
+        """Poses (n, 4, 4) of the bodies for values of the sliders all over their ranges."""
+        if not self.sliders:
+            return {}
+        steps = max(2, min(9, int(729.5 ** (1 / len(self.sliders)))))
+        ranges = [np.linspace(slider.values[0], slider.values[-1], steps) for slider in self.sliders]
+        grid = {
+            slider.label: values.ravel()
+            for slider, values in zip(self.sliders, np.meshgrid(*ranges), strict=True)
+        }
+        return {path: drive.at(grid[drive.slider.label]) for path, drive in self.drives.items()}
+
+
+def labelled(sliders: Sequence[Slider]) -> dict[str, Slider]:
+    """Sliders by label, if each is as it should be."""
+    by_label: dict[str, Slider] = {}
+    for slider in sliders:
+        if not slider.label or slider.label in by_label:
+            raise ValueError(f"sliders hold {slider.label!r}, which is no label or there already")
+        values = finite_array(slider.values, f"sliders {slider.label!r} values", (-1,))
+        if len(values) < 2 or not (np.diff(values) > 0).all():
+            raise ValueError(f"sliders {slider.label!r} has values that do not grow; two or more are needed")
+        if not values[0] <= slider.start <= values[-1]:
+            raise ValueError(f"sliders {slider.label!r} starts at {slider.start}, outside of its values")
+        by_label[slider.label] = Slider(slider.label, values, float(slider.start))
+    return by_label
+
+
+_Assembly: TypeAlias = tuple[dict[str, Array], dict[str, Drive], list[Shape]]
+
+
+def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) -> _Assembly:
+    """Frames of bodies at first and what moves them, by path, and their shapes."""
+    paths = {"": name}
+    frames: dict[str, Array] = {}
+    drives: dict[str, Drive] = {}
+    drawn: list[Shape] = []
+    for body in bodies:
+        argument = f"bodies {body.name!r}"
+        if not body.name or "/" in body.name or body.name in paths:
+            raise ValueError(f"{argument} is no name without a slash, or there already")
+        if body.on not in paths:
+            raise ValueError(f"{argument} is on {body.on!r}, which does not come before it")
+        path = paths[body.name] = f"{paths[body.on]}/{body.name}"
+        if body.slider:
+            if body.slider not in sliders:
+                raise ValueError(f"{argument} has the slider {body.slider!r}; there are {sorted(sliders)}")
+            slider = sliders[body.slider]
+            drives[path] = _drive(body.poses, slider, f"{argument} poses")
+            frames[path] = drives[path].at(np.array(slider.start))
+        else:
+            frames[path] = _rigid(body.poses, f"{argument} poses", (4, 4))
+        rods = finite_array(body.rods, f"{argument} rods", (-1, 2, 3))
+        pins = finite_array(body.pins, f"{argument} pins", (-1, 3))
+        if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
+            raise ValueError(f"{argument} has a rod without length")
+        radius = positive(body.radius, f"{argument} radius")
+        drawn += shapes.rods(path, rods, pins, radius, shapes.hex_color(body.color))
+    return frames, drives, drawn
+
+
+def _drive(poses: Array, slider: Slider, argument: str) -> Drive:
+    T = _rigid(poses, argument, (len(slider.values), 4, 4))
+    turns = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    # A quaternion and its negative are one rotation; neighbours are to be near each other.
+    near = np.sign(np.sum(turns[1:] * turns[:-1], axis=1))
+    turns[1:] *= np.where(near == 0, 1.0, near).cumprod()[:, None]
+    if (np.sum(turns[1:] * turns[:-1], axis=1) <= math.cos(math.pi / 4)).any():
+        raise ValueError(f"{argument} turn by π/2 or more from one value to the next; less is needed")
+    return Drive(slider, T[:, :3, 3], turns)
+
+
+def _rigid(poses: Array, argument: str, shape: tuple[int, ...]) -> Array:
+    T = finite_array(poses, argument, shape)
+    spatial.require_rigid(T, argument)
+    return T
