@@ -241,7 +241,7 @@ def test_times_are_taken_of_every_way_and_judged(result):
 def test_tables_have_their_rows(result):
     assert tuple(study.fit_table(result)) == study.STATISTICS
     assert study.fit_table(result)["max x"]["printed"] == 57.43
-    assert len(study.beam_table(result)) == 9
+    assert len(study.check_table(result)) == 11
     assert len(study.share_table(result)) == 5
     assert next(iter(study.open_table(result).values()))["max x"] == "57.4"
 

@@ -56,7 +56,7 @@ __all__ = [
     "Result",
     "Swap",
     "acceptance",
-    "beam_table",
+    "check_table",
     "fit_table",
     "judge_table",
     "misses",
@@ -1097,14 +1097,15 @@ def _verdict(claim: str, outcome: Outcome, ours: str, spread: str, sentence: str
 # ---- what chapters show ----------------------------------------------------------------------------
 
 
-def beam_table(result: Result) -> dict[str, dict[str, str]]:
-    """Relative errors of beams: against closed forms, and of a smooth taper by elements."""
-    rows = {name: {"relative error": f"{error:.0e}"} for name, error in result.cantilevers.items()}
-    tapers = {
-        f"height that falls to half, {count} elements": {"relative error": f"{error:.1e}"}
-        for count, error in result.tapers.items()
+def check_table(result: Result) -> dict[str, dict[str, str]]:
+    """Relative errors of clamped beams, by tubes and of a smooth taper, and of the whole structure."""
+    tapers = {f"height that falls to half, {count} elements": error for count, error in result.tapers.items()}
+    whole = {
+        "crane: stored energy from half the work": result.energy,
+        "crane: force left at rest, of all weight": result.judge.residual,
     }
-    return rows | tapers
+    errors = {**result.cantilevers, **tapers, **whole}
+    return {name: {"relative error": f"{error:.0e}"} for name, error in errors.items()}
 
 
 def fit_table(result: Result) -> dict[str, dict[str, float]]:
