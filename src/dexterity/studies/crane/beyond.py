@@ -7,8 +7,8 @@ the training data that are held out, and never by the test.
 
 What decides a verdict was set beforehand. A remedy *works* if it lowers the error in at least three quarters
 of the seeds, and is *contradicted* if it raises it in as many. The structure is in real time if it takes less
-than 10 ms for a point, by the upper quartile of its processor times; points that come at once tell the arithmetic, and
-points that come one by one an interpreter's calls besides. If both are within it the claim against it is
+than 10 ms of the processor for a point, by the upper quartile. Points that come at once tell the arithmetic,
+points that come one by one an interpreter's calls besides: if both are within it the claim against it is
 *contradicted*, if only the former are it is *not reproduced*. A time is shorter than another if their
 quartiles lie apart. A table grows greatly if a tenth of the error takes more than ten times the entries.
 """
@@ -98,6 +98,7 @@ _GRID = (9, 9, 5)  # strokes of the thesis's training grid
 _PAYLOADS = tuple(float(mass) for mass in range(50, 501, 50))
 _REAL_TIME = 0.01  # [s] for a point
 _MOST = 0.75  # of the seeds
+_EXACT = 5e-5  # [m]: as exact as a structure in a loop has to be on itself
 _FAILED = 1e-5  # [m]: an inversion that ends farther off by its own model has failed
 
 _AS_THESIS, _LIGHTER = "thesis's payloads", "lighter ones besides"
@@ -111,10 +112,10 @@ class Config:
 
     Attributes
     ----------
-    seeds
-        Of everything random.
+    seeds, remedy_seeds
+        Of the rivals, and of the thesis's methods with its remedies.
     epochs, remedy_epochs
-        Of the rivals' training, and of that of the thesis's remedies.
+        Of their trainings.
     neurons
         Of larger networks of strokes and payload.
     generations, descent
@@ -139,12 +140,13 @@ class Config:
         How often each way gets its turn, and for how long at least [s]; no times without rounds.
     """
 
-    seeds: int = 3
+    seeds: tuple[int, ...] = (0, 1, 2)
+    remedy_seeds: tuple[int, ...] = (0, 1)
     epochs: int = 100
     remedy_epochs: int = 50
     neurons: tuple[int, ...] = (28,)
     generations: int = 1000
-    descent: int = 2000
+    descent: int = 1000
     angle_neurons: tuple[int, ...] = (10, 20, 30)
     degrees: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     folds: int = 5
@@ -164,13 +166,14 @@ class Config:
 
 CONFIGS: Mapping[str, Config] = {
     "smoke": Config(
-        seeds=1, epochs=8, remedy_epochs=3, neurons=(16,), generations=20, descent=50, angle_neurons=(5, 8),
-        degrees=(3, 4), folds=2, fresh=60, every=13, corotational_corrections=3, refinements=(1, 2),
-        looked_up=500, rounds=0,
+        seeds=(0,), remedy_seeds=(0,), epochs=8, remedy_epochs=3, neurons=(16,), generations=20, descent=50,
+        angle_neurons=(5, 8), degrees=(3, 4), folds=2, fresh=60, every=13, corotational_corrections=3,
+        refinements=(1, 2), looked_up=500, rounds=0,
     ),
     "book": Config(),
     "full": Config(
-        seeds=10, epochs=200, remedy_epochs=200, neurons=(28, 40, 80), descent=10_000,
+        seeds=tuple(range(10)), remedy_seeds=tuple(range(10)), epochs=200, remedy_epochs=200,
+        neurons=(28, 40, 80), descent=10_000,
         angle_neurons=(10, 20, 30, 40), degrees=(1, 2, 3, 4, 5, 6, 7, 8), network_folds=5, fresh=5000,
         every=1, refinements=(1, 2, 3, 4, 6, 8), looked_up=100_000, small=5, few=20, rounds=15,
     ),
@@ -225,6 +228,8 @@ class Result:
         How far off each method is.
     loop, corotational_loop
         (corrections + 1, 2) mean and largest error [m] of a structure in a loop, on itself.
+    unsettled
+        Share of the fresh points where the structure in a loop is still 0.05 mm off, on itself.
     choices
         Root mean squares [m] over poses held out, by degree and by neurons.
     inverted
@@ -251,6 +256,7 @@ class Result:
     methods: Mapping[str, Judged]
     loop: NDArray[np.float64]
     corotational_loop: NDArray[np.float64]
+    unsettled: float
     choices: Mapping[str, Mapping[str, float]]
     inverted: Mapping[str, Mapping[str, Inverted]]
     payloads: Mapping[str, NDArray[np.float64]]
@@ -277,9 +283,10 @@ def _run(config: Config) -> Result:
     chosen = slice(None, None, config.every)
     part = _part(task, chosen)
     choices = _choices(data, config)
-    sags = [_Sags.trained(data, choices, seed, config) for seed in range(config.seeds)]
+    sags = [_Sags.trained(data, choices, seed, config) for seed in config.seeds]
     methods = _methods(sags, config)
-    judge = _Judge(task, chosen, fresh_task(config.fresh))
+    fresh = fresh_task(config.fresh)
+    judge = _Judge(task, chosen, fresh)
     linear, turned = positioning.linear_sag(), positioning.corotational_sag()
     nonlinear_loop = approach(part, turned, config.corotational_corrections)
     judged = {name: judge.judged(by_seed, name != GENETIC) for name, by_seed in methods.items()}
@@ -290,6 +297,7 @@ def _run(config: Config) -> Result:
         methods=judged,
         loop=_mean_and_largest(approach(task, linear, config.corrections)),
         corotational_loop=_mean_and_largest(nonlinear_loop),
+        unsettled=(approach(fresh, linear, config.corrections)[-1] > _EXACT).double().mean().item(),
         choices=choices,
         inverted=_inverted(task, sags[0].direct),
         payloads=_lighter(task, data, config),
@@ -439,7 +447,8 @@ def _methods(sags: Sequence[_Sags], config: Config) -> dict[str, list[_Method]]:
     return {
         NOTHING: [positioning.uncompensated],
         GENETIC: [
-            _genetic(positioning.network_sag(own.thesis), seed, config) for seed, own in enumerate(sags)
+            _genetic(positioning.network_sag(own.thesis), seed, config)
+            for seed, own in zip(config.seeds, sags, strict=True)
         ],
         DESCENT: [_descent(own.direct, config) for own in sags],
         **learned,
@@ -593,7 +602,7 @@ def _lighter(task: Task, data: TrainingSet, config: Config) -> dict[str, NDArray
         distance = positioning.errors(task, placement).distance
         return [distance[which].mean().item() for which in (spot, light, slice(None))]
 
-    return {name: np.array([errors(own, seed) for seed in range(config.seeds)]) for name, own in sets.items()}
+    return {name: np.array([errors(own, seed) for seed in config.remedy_seeds]) for name, own in sets.items()}
 
 
 def _spread(task: Task, config: Config) -> dict[str, dict[str, NDArray[np.float64]]]:
@@ -614,7 +623,7 @@ def _spread(task: Task, config: Config) -> dict[str, dict[str, NDArray[np.float6
 
     return {
         method: {
-            name: _mean_and_largest(torch.stack([errors(method, data, seed) for seed in range(config.seeds)]))
+            name: _mean_and_largest(torch.stack([errors(method, data, seed) for seed in config.remedy_seeds]))
             for name, data in sets.items()
         }
         for method in (_SECOND, _THIRD)
@@ -645,7 +654,7 @@ def _other_sizes(task: Task, config: Config) -> _BySize:
             positioning.by_inverse_network(
                 own, positioning.inverse_network(data, _seeded(seed), epochs=config.remedy_epochs)
             )
-            for seed in range(config.seeds)
+            for seed in config.remedy_seeds
         ]
         distances = torch.stack([positioning.errors(own, answer).distance for answer in answers])
         found.sizes[name] = _mean_and_largest(distances)
@@ -730,7 +739,7 @@ def _times(
         ],
         POINT_BATCH: [
             *(Way(name, positioned(method, [batch]), len(batch)) for name, method in quick.items()),
-            *(Way(name, positioned(method, [many]), len(many)) for name, method in slow.items()),
+            *(Way(name, positioned(slow[name], [many]), len(many)) for name in (COROTATIONAL, DESCENT)),
         ],
     }
     return {kind: _processor_time(own, config) for kind, own in ways.items()}
@@ -757,7 +766,7 @@ def refusals() -> dict[str, str]:
     flags = {
         "strokes beyond their ends": f"within_limits is {crane.within_limits(beyond.strokes)[0].tolist()}",
         "such strokes as an answer": f"stopped is {_one(positioning.errors(task, beyond).stopped)}",
-        "a point out of reach, of the rigid crane": f"reached is {_one(crane.inverse([9.0, 9.0]).reached)}",
+        "a point out of reach, of the rigid crane": f"within_limits is {_one(crane.inverse([9.0, 9.0]).within_limits)}",
         "a point out of reach, of Gauss–Newton": f"converged is {_far_converges(task)}",
     }
     asked: dict[str, Callable[[], object]] = {
@@ -1003,7 +1012,7 @@ def _by_share(share: float, absolute: float) -> Outcome:
 def _on_solving(result: Result) -> tuple[Verdict, ...]:
     once, looped = result.loop[1], result.loop[-1]
     printed = _printed("crane-correction-mean")[2] / 1e3
-    solved = once[0] < printed and looped[1] <= 5e-5
+    solved = once[0] < printed and looped[1] <= _EXACT
     measured, simulated = _printed("crane-measured-target-rmean")[-1], _printed("crane-correction-mean")[2]
     minutes = _printed("crane-training-time")[0]
     quick = result.data_seconds < 60 * minutes
@@ -1018,7 +1027,8 @@ def _on_solving(result: Result) -> tuple[Verdict, ...]:
             "mean after one correction; largest after the last",
             f"Rigid inverse and deflection have closed forms both. One put into the other once, without any "
             f"iteration, misses by {_millimetre(once[0])} mm on average, and {len(result.loop) - 1} times by "
-            f"{_millimetre(looped[1])} mm at most.",
+            f"{_millimetre(looped[1])} mm at most. At {result.unsettled:.1%} of fresh points that does not "
+            f"settle, where the jib is folded, and Gauss–Newton takes over.",
         ),
         _verdict(
             "crane-simulation-suffices", outcome if timed else Outcome.UNDERSPECIFIED, speed,
@@ -1055,7 +1065,8 @@ def _on_speed(result: Result) -> tuple[Verdict, ...]:
             f"That is {len(result.loop) - 1} solves of the structure, and one by one it is mostly calls from "
             f"Python, which a controller does without. The co-rotational structure takes "
             f"{1e3 * turned[0].median:.2g} ms at once and {1e3 * turned[1].median:.2g} ms one by one. With "
-            f"the analyses of 1999, of which {vectors:,} took {minutes:g} min, a point would have taken {then:.1f} s, and the claim was right then.",
+            f"the analyses of 1999, of which {vectors:,} took {minutes:g} min, a point would "
+            f"have taken {then:.1f} s, and the claim was right then.",
         ),
         _verdict(
             "crane-networks-are-cheaper", Outcome.of(cheaper),
@@ -1124,11 +1135,13 @@ def acceptance(result: Result) -> tuple[Acceptance, ...]:
     """Return the figures that must hold, in [mm] and in [µs]."""
     learned = 1e3 * result.methods[REGRESSION].test[0]
     figures = [
-        Acceptance("largest error of the structure in a loop [mm]", 1e3 * float(result.loop[-1, 1]), 0.05),
+        Acceptance(
+            "largest error of the structure in a loop [mm]", 1e3 * float(result.loop[-1, 1]), 1e3 * _EXACT
+        ),
         Acceptance(
             "largest error of the co-rotational structure in a loop [mm]",
             1e3 * float(result.corotational_loop[-1, 1]),
-            0.05,
+            1e3 * _EXACT,
         ),
         Acceptance("mean error of the learned sag [mm]", float(learned[0]), 0.1),
         Acceptance("largest error of the learned sag [mm]", float(learned[1]), 0.5),
