@@ -189,12 +189,13 @@ def test_real_time_is_told_by_both_ways_to_ask(result, at_once, alone, expected)
     assert outcome(timed, "crane-networks-are-cheaper") is Outcome.REPRODUCED
     assert outcome(timed, "crane-simulation-suffices") is Outcome.IN_SHAPE
     assert len(study.acceptance(timed)) == len(study.acceptance(result)) + 1
+    assert set(study.speed_table(timed, "point")) == set(names)
 
 
 def test_tables_have_a_row_for_each_method(result):
     assert set(study.method_table(result)) == set(result.methods) - {study.COROTATIONAL}
     assert set(study.corotational_table(result)) == set(result.methods)
     assert len(study.loop_table(result)) == len(result.loop)
-    assert study.speed_table(result, study.POINT_BATCH) == study.trade(result, study.POINT_BATCH) == {}
+    assert study.speed_table(result, "sag") == study.speed_table(result, "point") == study.trade(result) == {}
     for rows in (study.remedy_table(result), study.size_table(result), study.table_table(result)):
         assert len({tuple(row) for row in rows.values()}) == 1

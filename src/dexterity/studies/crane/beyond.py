@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import torch
@@ -763,10 +763,11 @@ def refusals() -> dict[str, str]:
     """Ask for what cannot be had, and return what the package answers."""
     task = positioning.thesis_task([(3.0, 2.0)], [100.0])
     beyond = Placement(task.starts + 0.5, torch.ones(1, dtype=torch.bool), torch.ones(1, dtype=torch.long))
+    far = crane.inverse([9.0, 9.0])
     flags = {
         "strokes beyond their ends": f"within_limits is {crane.within_limits(beyond.strokes)[0].tolist()}",
         "such strokes as an answer": f"stopped is {_one(positioning.errors(task, beyond).stopped)}",
-        "a point out of reach, of the rigid crane": f"within_limits is {_one(crane.inverse([9.0, 9.0]).within_limits)}",
+        "a point out of reach, of the rigid crane": f"within_limits is {_one(far.within_limits)}",
         "a point out of reach, of Gauss–Newton": f"converged is {_far_converges(task)}",
     }
     asked: dict[str, Callable[[], object]] = {
@@ -908,23 +909,48 @@ def table_table(result: Result) -> dict[str, dict[str, str]]:
     return {f"{count} entries": {name: own[count] for name, own in columns.items()} for count in entries}
 
 
-def speed_table(result: Result, kind: str) -> dict[str, dict[str, str]]:
-    """Tabulate times [ms] for a point with quartiles; empty where none were taken."""
+def speed_table(result: Result, of: Literal["sag", "point"]) -> dict[str, dict[str, str]]:
+    """Tabulate processor times [µs] with quartiles, at once and one by one; empty where none were taken."""
+    kinds = (SAG_BATCH, SAG_SINGLE) if of == "sag" else (POINT_BATCH, POINT_SINGLE)
+    at_once, alone = (_by_name(result, kind) for kind in kinds)
     return {
-        timing.name: {
-            "median [ms]": f"{1e3 * timing.median:.3g}",
-            "quartiles [ms]": f"{1e3 * timing.lower:.3g}–{1e3 * timing.upper:.3g}",
-            "a second": f"{1 / timing.median:,.0f}",
+        name: {
+            "at once [µs]": _microseconds(at_once.get(name)),
+            "one by one [µs]": _microseconds(timing),
+            "a second, at once": f"{1 / at_once[name].median:,.0f}" if name in at_once else "–",
         }
-        for timing in result.times.get(kind, ())
+        for name, timing in alone.items()
     }
 
 
-def trade(result: Result, kind: str) -> dict[str, tuple[float, float]]:
-    """Return the time for a point [s] and the mean error on the test [m] by method, each on its structure."""
+def trade(result: Result) -> dict[str, dict[str, float]]:
+    """Return times for a point [ms] and the mean error on the test [mm] by method, each on its structure."""
     errors = {name: float(np.median(judged.test[:, 0])) for name, judged in result.methods.items()}
     errors[COROTATIONAL] = float(result.corotational_loop[-1, 0])
-    return {timing.name: (timing.median, errors[timing.name]) for timing in result.times.get(kind, ())}
+    at_once, alone = (_by_name(result, kind) for kind in (POINT_BATCH, POINT_SINGLE))
+    return {
+        name: {
+            "at once": 1e3 * at_once.get(name, timing).median,
+            "one by one": 1e3 * timing.median,
+            "error": 1e3 * errors[name],
+        }
+        for name, timing in alone.items()
+    }
+
+
+def _told(value: float) -> str:
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def _by_name(result: Result, kind: str) -> dict[str, Timing]:
+    return {timing.name: timing for timing in result.times.get(kind, ())}
+
+
+def _microseconds(timing: Timing | None) -> str:
+    if timing is None:
+        return "–"
+    median, lower, upper = (_told(1e6 * value) for value in (timing.median, timing.lower, timing.upper))
+    return f"{median} ({lower}–{upper})"
 
 
 def _millimetres(values: NDArray[np.float64]) -> str:
@@ -1104,8 +1130,7 @@ def _needed(rows: NDArray[np.float64], goal: float = 1e-3) -> float:
 
 
 def _timing(result: Result, kind: str, name: str) -> Timing:
-    (found,) = (timing for timing in result.times[kind] if timing.name == name)
-    return found
+    return _by_name(result, kind)[name]
 
 
 def _quartiles(timing: Timing) -> str:
