@@ -56,6 +56,14 @@ def test_turns_last_as_long_as_asked_and_what_takes_longer_ends():
     assert 1 + 2 * 1 <= len(lasted["long"]) <= 1 + 2 * 2  # a turn may begin with a trial
 
 
+def test_processor_time_leaves_out_what_only_waits():
+    ways = [Way("waits", lambda: time.sleep(0.02), 1)]
+    (by_wall,) = timing.measure(ways, rounds=2, seconds=1e-3)
+    (by_processor,) = timing.measure(ways, rounds=2, seconds=1e-4, clock=time.process_time)
+    assert by_wall.median > 0.019
+    assert by_processor.median < 0.01
+
+
 def test_times_are_those_of_one_configuration():
     one, ten = timing.measure(
         [Way("one", lambda: time.sleep(0.01), 1), Way("ten", lambda: time.sleep(0.01), 10)],

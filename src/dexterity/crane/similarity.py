@@ -57,12 +57,13 @@ def _scaled_linkage(linkage: Linkage, factor: float) -> Linkage:
 
 
 def _scaled_structure(parts: Structure, factor: float) -> Structure:
-    cubed = ("ground_stiffness", "lift_cylinder_mass", "jib_cylinder_mass", "linkage_mass")
-    members = {name: _scaled_member(getattr(parts, name), factor) for name in _MEMBERS}
-    return dataclasses.replace(parts, **members, **{name: getattr(parts, name) * factor**3 for name in cubed})
+    changes: dict[str, Any] = {name: _scaled_member(getattr(parts, name), factor) for name in _MEMBERS}
+    changes |= {name: getattr(parts, name) * factor**3 for name in _CUBED}
+    return dataclasses.replace(parts, **changes)
 
 
 _MEMBERS = ("pillar", "lift", "jib", "extension")
+_CUBED = ("ground_stiffness", "lift_cylinder_mass", "jib_cylinder_mass", "linkage_mass")
 
 
 def _scaled_member(member: Member, factor: float) -> Member:

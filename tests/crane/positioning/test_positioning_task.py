@@ -80,7 +80,9 @@ def test_the_true_deflection_is_whichever_is_given():
     assert_close(judged.each, -expected, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("points", [[[-0.09, 1.115]], [[math.nan, 1.0]], [[1.0, 2.0, 3.0]]])
+@pytest.mark.parametrize(
+    "points", [[[-0.09, 1.115]], [[9.0, 9.0]], [[2.0, -4.2]], [[math.nan, 1.0]], [[1.0, 2.0, 3.0]]]
+)
 def test_points_that_cannot_be_wanted_are_refused(points):
     with pytest.raises(ValueError, match=r"points|position"):
         thesis_task(points)

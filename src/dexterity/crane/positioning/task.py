@@ -90,6 +90,9 @@ class Task:
         return ((strokes >= self.lower - 1e-9) & (strokes <= self.upper + 1e-9)).all(-1)
 
 
+_BEYOND = 0.05  # [m]
+
+
 def thesis_task(
     points: TensorLike = TEST_POINTS, payloads: TensorLike = TEST_PAYLOADS, crane: Crane | None = None
 ) -> Task:
@@ -100,7 +103,8 @@ def thesis_task(
     Raises
     ------
     ValueError
-        If a point cannot be reached, or shapes do not fit.
+        If a point cannot be reached with strokes that are up to 5 cm beyond the cylinders' ends, as (2, −4)
+        needs, a payload is negative or above the crane's rating, or shapes do not fit.
 
     References
     ----------
@@ -109,10 +113,10 @@ def thesis_task(
     crane = crane or patu655()
     targets, masses = spatial.to_float64(points, "points"), spatial.to_float64(payloads, "payloads")
     reach = inverse(targets, crane=crane)
-    if not reach.reached.all():
-        raise ValueError(
-            f"points holds {targets[~reach.reached][0].tolist()}, which the crane does not reach"
-        )
+    lower, upper = targets.new_tensor(crane.lower), targets.new_tensor(crane.upper)
+    near = ((reach.strokes >= lower - _BEYOND) & (reach.strokes <= upper + _BEYOND)).all(-1)
+    if not near.all():
+        raise ValueError(f"points holds {targets[~near][0].tolist()}, which the crane does not reach")
     starts = (reach.strokes * 100).round() / 100
     return Task(
         targets.repeat_interleave(len(masses), dim=0),
