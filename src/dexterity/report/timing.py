@@ -126,7 +126,7 @@ def measure(
     seconds
         How long a turn takes at least [s]; what takes longer runs to its end.
     clock
-        What tells the time [s]; :func:`time.process_time` leaves out what others do on the machine.
+        What tells the time [s]; ``time.process_time`` leaves out what others do on the machine.
 
     Returns
     -------

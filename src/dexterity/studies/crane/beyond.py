@@ -315,8 +315,8 @@ def _run(config: Config) -> Result:
 def approach(task: Task, sag: SagModel, corrections: int) -> Tensor:
     """Return errors (corrections + 1, N) [m] of the rigid crane that is aimed off by a sag, on that sag.
 
-    They are those of :func:`~dexterity.crane.positioning.compensate` with 0, 1, 2 … corrections, from one
-    run.
+    They are those of :func:`~dexterity.crane.positioning.compensation.compensate` with 0, 1, 2 … corrections,
+    from one run.
     """
     strokes = positioning.exact_inverse(task, task.targets).strokes
     misses = []
