@@ -1,4 +1,4 @@
-"""Structural solves of the crane a second, linear beside co-rotational, and answers of networks, on a core."""
+"""Structural solves of the crane a second, linear and co-rotational, and answers of networks, on a core."""
 
 import torch
 
