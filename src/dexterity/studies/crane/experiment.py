@@ -207,7 +207,8 @@ def run(config: Config) -> Result:
     }
     exact = positioning.uncompensated(task).strokes
     angles = crane.posture(exact).jib.reshape(len(POINTS), -1)[:, 0]
-    forces = joint_forces(exact, task.payload).rods[:, 1].reshape(len(POINTS), -1)
+    # Their last digits depend on where in memory the numbers lie.
+    forces = joint_forces(exact, task.payload).rods[:, 1].reshape(len(POINTS), -1).round(decimals=6)
     return Result(
         payloads=tuple(payloads.tolist()),
         jib_angle=angles.numpy(),
