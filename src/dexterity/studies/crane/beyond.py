@@ -52,6 +52,7 @@ from dexterity.report.timing import Timing, Way, measure, ratio
 
 __all__ = [
     "CONFIGS",
+    "JUDGED_AS_STORED",
     "TOLERANCE",
     "Config",
     "Inverted",
@@ -74,6 +75,9 @@ __all__ = [
     "trade",
     "verdicts",
 ]
+
+JUDGED_AS_STORED = True
+"""Verdicts go by ten seeds, since two or three decide otherwise what more data would do."""
 
 TOLERANCE = Tolerance(rtol=1e-4, atol=1e-7)
 """What a probe may miss by; training carries rounding errors on, and there are no times in it."""
