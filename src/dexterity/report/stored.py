@@ -143,7 +143,7 @@ def _differences(place: str, stored: Any, now: Any, tolerance: Tolerance) -> Ite
     if isinstance(stored, dict) and isinstance(now, dict) and stored.keys() == now.keys():
         for name in stored:
             yield from _differences(f"{place}.{name}", stored[name], now[name], tolerance)
-    elif isinstance(stored, list) and isinstance(now, list) and len(stored) == len(now):
+    elif isinstance(stored, list | tuple) and isinstance(now, list | tuple) and len(stored) == len(now):
         for index, (one, other) in enumerate(zip(stored, now, strict=True)):
             yield from _differences(f"{place}[{index}]", one, other, tolerance)
     elif not _agree(stored, now, tolerance):
