@@ -15,6 +15,7 @@ from dexterity.report import provenance, runs
 from dexterity.report.machine import Machine
 from dexterity.report.provenance import check_stored, footer, load_stored, load_study, remember, write_stored
 from dexterity.report.runs import run_study
+from dexterity.report.stored import _differences
 from dexterity.report.study import scale
 from dexterity.store import content_key
 
@@ -251,6 +252,14 @@ def test_a_probe_comes_out_again_within_its_tolerance(study):
     write_stored(STUDY)
     shifted(study, 1e-10)
     check_stored(STUDY)
+
+
+@pytest.mark.parametrize("kind", [list, tuple])
+def test_the_tolerance_is_that_of_numbers_in_sequences(kind):
+    close, far = kind([1.0 + 1e-12, 2.0]), kind([1.0 + 1e-6, 2.0])
+    assert list(_differences("x", kind([1.0, 2.0]), close, provenance.Tolerance())) == []
+    (difference,) = _differences("x", kind([1.0, 2.0]), far, provenance.Tolerance())
+    assert difference.startswith("x[0]: stored 1.0")
 
 
 def test_a_probe_that_is_missed_names_what_differs(study):
