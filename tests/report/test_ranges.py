@@ -17,6 +17,7 @@ from dexterity.report.ranges import with_range
         ([1, 2], "1.5 (1–2)"),
         ([0.1001, 0.1002], "0.1"),
         ([1.0, 2.0, math.inf], "2 (1–inf)"),
+        ([math.nan, math.nan], "–"),
     ],
 )
 def test_the_range_stands_where_it_differs(values, told):

@@ -8,7 +8,7 @@ from dexterity import spatial
 from dexterity.report.shapes import Array
 from dexterity.spatial import TensorLike
 
-__all__ = ["finite_array", "positive"]
+__all__ = ["finite_array", "positive", "rigid"]
 
 
 def finite_array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
@@ -19,6 +19,13 @@ def finite_array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
         wanted = ", ".join("any" if length == -1 else str(length) for length in shape)
         raise ValueError(f"{name} has shape {array.shape}; ({wanted}) is needed")
     return array
+
+
+def rigid(poses: TensorLike, name: str, shape: tuple[int, ...] = (4, 4)) -> Array:
+    """Return rigid poses of a shape, independent of the original."""
+    T = finite_array(poses, name, shape)
+    spatial.require_rigid(T, name)
+    return T
 
 
 def positive(value: float, name: str) -> float:

@@ -14,9 +14,8 @@ from typing import TypeAlias
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dexterity import spatial
 from dexterity.report import shapes
-from dexterity.report.arguments import finite_array, positive
+from dexterity.report.arguments import finite_array, positive, rigid
 from dexterity.report.shapes import Array, Shape
 
 __all__ = ["Body", "Drive", "Mechanism", "Slider", "assembled", "labelled"]
@@ -155,7 +154,7 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
             drives[path] = _drive(body.poses, slider, f"{argument} poses")
             frames[path] = drives[path].at(np.array(slider.start))
         else:
-            frames[path] = _rigid(body.poses, f"{argument} poses", (4, 4))
+            frames[path] = rigid(body.poses, f"{argument} poses")
         rods = finite_array(body.rods, f"{argument} rods", (-1, 2, 3))
         pins = finite_array(body.pins, f"{argument} pins", (-1, 3))
         if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
@@ -166,7 +165,7 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
 
 
 def _drive(poses: Array, slider: Slider, argument: str) -> Drive:
-    T = _rigid(poses, argument, (len(slider.values), 4, 4))
+    T = rigid(poses, argument, (len(slider.values), 4, 4))
     turns = Rotation.from_matrix(T[:, :3, :3]).as_quat()
     # A quaternion and its negative are one rotation; neighbours are to be near each other.
     near = np.sign(np.sum(turns[1:] * turns[:-1], axis=1))
@@ -174,9 +173,3 @@ def _drive(poses: Array, slider: Slider, argument: str) -> Drive:
     if (np.sum(turns[1:] * turns[:-1], axis=1) <= math.cos(math.pi / 4)).any():
         raise ValueError(f"{argument} turn by π/2 or more from one value to the next; less is needed")
     return Drive(slider, T[:, :3, 3], turns)
-
-
-def _rigid(poses: Array, argument: str, shape: tuple[int, ...]) -> Array:
-    T = finite_array(poses, argument, shape)
-    spatial.require_rigid(T, argument)
-    return T

@@ -30,8 +30,7 @@ class JointMotion:
     def clip(self) -> AnimationClip:
         """Keyframes for meshcat, without those inside a rest."""
         clip = AnimationClip(fps=self.frames_per_second)
-        changes = np.diff(self.values) != 0
-        for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True)).tolist():
+        for frame in _frames_in_motion(self.values[:, None]):
             value = float(self.values[frame])
             if self.kind == "revolute":
                 turn = [0.0, 0.0, math.sin(value / 2), math.cos(value / 2)]
@@ -89,11 +88,16 @@ class BarMotion:
         stretches[:, 1] = self.stretches
         tracks = {"position": self.middles, "quaternion": self.turns, "scale": stretches}
         for name, values in tracks.items():
-            changes = (np.diff(values, axis=0) != 0).any(axis=1)
             kind = "quaternion" if name == "quaternion" else "vector3"
-            for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True)).tolist():
+            for frame in _frames_in_motion(values):
                 clip.set_property(frame, name, kind, values[frame].tolist())
         return clip
+
+
+def _frames_in_motion(values: Array) -> list[int]:
+    """Name the frames of (k, n) values but those inside a rest."""
+    changes = (np.diff(values, axis=0) != 0).any(axis=1)
+    return [int(frame) for frame in np.flatnonzero(np.append(True, changes) | np.append(changes, True))]
 
 
 def _turns_of_y(directions: Array) -> Array:

@@ -16,7 +16,7 @@ def with_range(values: Sequence[float] | NDArray[np.generic], form: Callable[[fl
     Parameters
     ----------
     values
-        Numbers, one or more; infinities are allowed.
+        Numbers, one or more; infinities are allowed. Where none is a number, a dash is told.
     form
         How one of them is written.
 
@@ -28,5 +28,7 @@ def with_range(values: Sequence[float] | NDArray[np.generic], form: Callable[[fl
     if len(values) == 0:
         raise ValueError("values is empty; at least one number is needed")
     array = np.asarray(values, dtype=float)
+    if np.isnan(array).all():
+        return "–"
     median, lowest, highest = (form(float(f(array))) for f in (np.median, np.min, np.max))
     return median if lowest == highest else f"{median} ({lowest}–{highest})"

@@ -34,11 +34,11 @@ from meshcat.commands import SetObject
 from meshcat.path import Path as NodePath
 from meshcat.visualizer import Visualizer
 
-from dexterity import spatial, store
+from dexterity import store
 from dexterity.chain import Chain
 from dexterity.indices import Ellipsoid
 from dexterity.report import shapes
-from dexterity.report.arguments import finite_array, positive
+from dexterity.report.arguments import finite_array, positive, rigid
 from dexterity.report.markup import Markup, element
 from dexterity.report.mechanisms import Body, Drive, Mechanism, Slider, assembled, labelled
 from dexterity.report.motion import BarMotion, JointMotion, joint_motion
@@ -210,7 +210,7 @@ class Scene:
             one value to the next; a slider is there twice, moves nothing, has less than two values, values
             that do not grow, or starts outside of them; a colour is unknown, or `pose` is no rigid pose.
         """
-        T = np.eye(4) if pose is None else finite_array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
+        T = np.eye(4) if pose is None else rigid(pose, "pose")
         by_label = labelled(sliders)
         frames, drives, drawn = assembled(bodies, by_label, name)
         idle = by_label.keys() - {body.slider for body in bodies}
@@ -221,7 +221,7 @@ class Scene:
         for path, T_carrier_body in frames.items():
             self._add_frame(path, T_carrier_body)
         self._shapes += drawn
-        self._mechanisms[name] = Mechanism(tuple(sliders), drives)
+        self._mechanisms[name] = Mechanism(tuple(by_label.values()), drives)
 
     def add_box(
         self,
@@ -258,7 +258,7 @@ class Scene:
         lengths = finite_array(size, "size", (3,))
         if (lengths <= 0).any():
             raise ValueError(f"size is {tuple(lengths.tolist())}; three positive lengths are needed")
-        T = np.eye(4) if pose is None else finite_array(spatial.require_rigid(pose, "pose"), "pose", (4, 4))
+        T = np.eye(4) if pose is None else rigid(pose, "pose")
         color = shapes.hex_color(color)
         parent = ""
         if on is not None:
