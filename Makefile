@@ -50,7 +50,7 @@ $(READY): environment.lock pyproject.toml
 # Sphinx takes a page that it has read before for up to date, so its own memory goes when the executed cells have gone,
 # and after a failed build, whose warnings it would not repeat.
 book: $(READY)  ## build the book into _build/html
-	@$(IN)/python -c "from dexterity.report import scenes; scenes.copy_viewer('book/assets/meshcat')"
+	@$(IN)/python -c "from dexterity.scenes import copy_viewer; copy_viewer('book/assets/meshcat')"
 	@$(IN)/python -m dexterity.report.provenance fresh-cache $(CACHE)
 	@[ -e $(CACHE)/global.db ] || rm -rf _build/.doctrees
 	@$(IN)/jupyter-book build book --config _config.yml --path-output . -W --keep-going 2>&1 | tee $(LOG) || { \

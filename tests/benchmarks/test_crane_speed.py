@@ -5,7 +5,7 @@ import torch
 from dexterity import crane
 from dexterity.crane import positioning
 from dexterity.networks.threads import one_thread
-from dexterity.report.timing import Way, measure
+from dexterity.timing import Way, measure
 
 POSES = 5_000
 FEW = 100

@@ -6,7 +6,7 @@ import dexterity as dx
 from dexterity import docking
 from dexterity.docking.area import TOOL_UP, _by_branches
 from dexterity.networks.threads import one_thread
-from dexterity.report.timing import Way, measure
+from dexterity.timing import Way, measure
 
 POSES = 100_000
 FEW = 1_000

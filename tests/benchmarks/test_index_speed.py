@@ -17,10 +17,10 @@ from alone import PEERS, results, run_alone
 from index_peers import Peer, others, ours
 
 import dexterity as dx
+from dexterity import timing
 from dexterity.indices import Frame, Index
-from dexterity.report import timing
-from dexterity.report.timing import Way
 from dexterity.symbolic import compile_index
+from dexterity.timing import Way
 from serial_chains import paper_uvms
 
 TURNS = {1: (12, 0.01), 1_000: (8, 0.01), 100_000: (3, 0.1)}  # by batch: how many, how long at least [s]

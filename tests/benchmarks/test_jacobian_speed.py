@@ -12,8 +12,8 @@ import torch
 from alone import PEERS, results, run_alone
 
 import dexterity as dx
-from dexterity.report import timing
-from dexterity.report.timing import Way
+from dexterity import timing
+from dexterity.timing import Way
 from peer_models import pinocchio_model, pytorch_kinematics_chain, roboticstoolbox_transforms
 from serial_chains import paper_uvms
 

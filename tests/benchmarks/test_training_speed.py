@@ -17,15 +17,14 @@ from torch_levenberg_marquardt.damping import StandardDampingStrategy
 from torch_levenberg_marquardt.training import LevenbergMarquardtModule
 
 import dexterity as dx
-from dexterity import sampling
+from dexterity import sampling, timing
 from dexterity.indices import Index
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
-from dexterity.report import timing
-from dexterity.report.timing import Way
 from dexterity.sampling import DataSet
 from dexterity.symbolic import compile_index
+from dexterity.timing import Way
 
 STEPS = 10
 RESTARTS = 32

@@ -1,7 +1,7 @@
 """How fast the data of paper C are drawn, on one core."""
 
 from dexterity.networks.threads import one_thread
-from dexterity.report.timing import Way, measure
+from dexterity.timing import Way, measure
 from dexterity.workspace import dataset
 
 LABELS = 400_000

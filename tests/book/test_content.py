@@ -102,7 +102,7 @@ def test_page_was_made_from_the_present_source(page: str) -> None:
 
 
 def _public_modules() -> list[str]:
-    """Name all modules, of `report` only those that a chapter imports, of `codegen` only its public face."""
+    """Name all modules: of `report` those that chapters import, of `codegen` and `scenes` the public face."""
     chapters = "\n".join(source_text(page) for page in PAGES)
     imported = {
         f"{dexterity.__name__}.report.{name.strip()}"
@@ -110,7 +110,7 @@ def _public_modules() -> list[str]:
         for name in line.split(",")
     }
     names = [found.name for found in pkgutil.walk_packages(dexterity.__path__, f"{dexterity.__name__}.")]
-    inner = {name for name in names if re.match(r"dexterity\.(report|codegen)\.", name)} - imported
+    inner = {name for name in names if re.match(r"dexterity\.(report|codegen|scenes)\.", name)} - imported
     return [dexterity.__name__, *(name for name in names if name not in inner and "__main__" not in name)]
 
 

@@ -12,12 +12,12 @@ from scratch import make_repository, write
 import dexterity.studies
 from dexterity import store
 from dexterity.report import provenance, runs
-from dexterity.report.machine import Machine
 from dexterity.report.provenance import check_stored, footer, load_stored, load_study, remember, write_stored
 from dexterity.report.runs import run_study
 from dexterity.report.stored import _differences
 from dexterity.report.study import scale
 from dexterity.store import content_key
+from dexterity.timing import Machine
 
 STUDY = "scratch.sums"
 SOURCE = "src/dexterity/studies/scratch/sums.py"

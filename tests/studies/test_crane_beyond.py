@@ -12,8 +12,8 @@ from dexterity import crane
 from dexterity.crane import positioning
 from dexterity.report.claims import Outcome
 from dexterity.report.runs import run_study
-from dexterity.report.timing import Timing
 from dexterity.studies.crane import beyond as study
+from dexterity.timing import Timing
 
 DATA = crane.training_set()
 

@@ -10,9 +10,9 @@ import torch
 from torch.testing import assert_close
 
 from dexterity import docking
-from dexterity.report.timing import Timing
 from dexterity.studies.docking import stand_in as study
 from dexterity.studies.docking.area import arms
+from dexterity.timing import Timing
 
 ARMS = arms()
 SMOKE = study.CONFIGS["smoke"]

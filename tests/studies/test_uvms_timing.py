@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dexterity.report.claims import Outcome, load_paper
-from dexterity.report.timing import Timing
 from dexterity.studies.uvms import timing
+from dexterity.timing import Timing
 
 KINDS = ("exact", "feed-forward", "radial-basis")
 SIZES = {"w": {"feed-forward": (8, 7), "radial-basis": (149, 7)}}

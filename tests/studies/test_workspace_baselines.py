@@ -8,8 +8,8 @@ import torch
 from sklearn import metrics
 
 from dexterity.report.claims import Outcome, load_paper
-from dexterity.report.timing import Timing
 from dexterity.studies.workspace import baselines as study
+from dexterity.timing import Timing
 from dexterity.workspace.dataset import confidence_data
 from dexterity.workspace.reachability import reachable
 

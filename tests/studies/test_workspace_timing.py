@@ -7,8 +7,8 @@ import pytest
 
 from dexterity.report.claims import Outcome, load_paper
 from dexterity.report.runs import run_study
-from dexterity.report.timing import Timing
 from dexterity.studies.workspace import timing
+from dexterity.timing import Timing
 
 
 @pytest.fixture(scope="module")

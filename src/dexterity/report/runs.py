@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from dexterity import store
-from dexterity.report.machine import Machine
 from dexterity.report.records import from_json, from_plain, to_json
 from dexterity.report.sources import last_change, lock_hash, source_key
 from dexterity.report.study import load_study, module_name, scale
+from dexterity.timing import Machine
 
 __all__ = ["Run", "remember", "run_study", "with_types"]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dexterity import operations, robots, sampling, store, symbolic
+from dexterity import operations, robots, sampling, store, symbolic, timing
 from dexterity.indices import Index
 from dexterity.networks import feed_forward, files, levenberg_marquardt, normal_equations
 from dexterity.networks.export import compile_network
@@ -28,10 +28,8 @@ from dexterity.networks.trials import TrialStore, source_key
 from dexterity.networks.validation import ErrorDistribution, Function, fresh, judge
 from dexterity.networks.worst_case import Search, WorstCase, worst_case
 from dexterity.operations import Operations
-from dexterity.report import timing
-from dexterity.report.machine import Machine
-from dexterity.report.timing import Way
 from dexterity.sampling import Space
+from dexterity.timing import Machine, Way
 
 __all__ = [
     "JUDGED",

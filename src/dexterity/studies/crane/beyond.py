@@ -48,7 +48,7 @@ from dexterity.networks.threads import one_thread
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way, measure, ratio
+from dexterity.timing import Timing, Way, measure, ratio
 
 __all__ = [
     "CONFIGS",

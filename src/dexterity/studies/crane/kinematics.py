@@ -25,8 +25,8 @@ from dexterity import crane, spatial
 from dexterity.crane.description import Crane, Point
 from dexterity.crane.kinematics import Posture, turned
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
-from dexterity.report.mechanisms import Body, Slider
 from dexterity.report.stored import Tolerance
+from dexterity.scenes import Body, Slider
 
 __all__ = [
     "BOX",
@@ -597,7 +597,7 @@ def _amplification(points: Tensor, own: Tensor) -> Tensor:
 def mechanism(
     strokes: tuple[float, float, float] = (0.25, 0.3, 0.5), steps: int = 61
 ) -> tuple[list[Body], list[Slider]]:
-    """Return bodies and sliders of the crane for :meth:`dexterity.report.scenes.Scene.add_mechanism`.
+    """Return bodies and sliders of the crane for :meth:`dexterity.scenes.scene.Scene.add_mechanism`.
 
     Parameters
     ----------

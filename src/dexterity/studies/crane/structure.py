@@ -39,7 +39,7 @@ from dexterity.crane.shape import PARTS, bars, displacements
 from dexterity.crane.structure import Assembly, deflection, load_response
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing
+from dexterity.timing import Timing
 
 __all__ = [
     "CONFIGS",

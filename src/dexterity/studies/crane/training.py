@@ -27,11 +27,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from torch import Tensor
 
-from dexterity import crane
+from dexterity import crane, timing
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
-from dexterity.report import timing
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance

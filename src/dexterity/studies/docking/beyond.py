@@ -31,10 +31,10 @@ from dexterity.docking.problem import Region
 from dexterity.report.claims import Acceptance, Outcome, Verdict
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Way, measure
 from dexterity.search import GeneticOptions, ZoomOptions, genetic_search, zoom_search
 from dexterity.search.box import Objective
 from dexterity.search.zoom import ZoomSearch
+from dexterity.timing import Way, measure
 
 __all__ = [
     "CONFIGS",

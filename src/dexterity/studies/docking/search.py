@@ -32,12 +32,12 @@ from dexterity.docking import DockingProblem
 from dexterity.docking.problem import Region
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
-from dexterity.report.scenes import Scene
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Way, measure
+from dexterity.scenes import Scene
 from dexterity.search import GeneticOptions, GeneticSearch, ZoomOptions
 from dexterity.search.genetic import Chromosome, Stop, genetic_search
 from dexterity.studies.docking.area import CORNERS, FITTED, STATED, arms, configuration_at, printed_poses
+from dexterity.timing import Way, measure
 
 __all__ = [
     "CONFIGS",

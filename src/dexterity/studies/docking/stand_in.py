@@ -38,9 +38,9 @@ from dexterity.networks.threads import one_thread
 from dexterity.report.claims import Acceptance, Verdict
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way, measure, ratio
 from dexterity.sampling import Box, DataSet
 from dexterity.studies.docking.area import arms
+from dexterity.timing import Timing, Way, measure, ratio
 
 __all__ = [
     "CONFIGS",

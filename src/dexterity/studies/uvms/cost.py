@@ -24,17 +24,16 @@ from sympy import Expr, Symbol
 from sympy.polys.numberfields.galoisgroups import galois_group
 from torch import Tensor
 
-from dexterity import operations, robots, symbolic
+from dexterity import operations, robots, symbolic, timing
 from dexterity.chain import Chain
 from dexterity.elimination import LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.indices import Index
 from dexterity.operations import Operations
 from dexterity.program import Program, Recorder
-from dexterity.report import timing
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way
 from dexterity.symbolic import Derivation, SymbolicChain
+from dexterity.timing import Timing, Way
 
 __all__ = [
     "CONFIGS",

@@ -34,7 +34,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dexterity import robots, sampling, store, symbolic
+from dexterity import robots, sampling, store, symbolic, timing
 from dexterity.indices import Index
 from dexterity.networks.design import Design, FeedForwardOptions, design_all
 from dexterity.networks.feed_forward import FeedForward
@@ -42,12 +42,11 @@ from dexterity.networks.levenberg_marquardt import Damping, Options, levenberg_m
 from dexterity.networks.network import View
 from dexterity.networks.problem import DesignProblem, largest_relative_error
 from dexterity.networks.trials import TrialStore
-from dexterity.report import timing
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way
 from dexterity.sampling import DataSet, DataSets, TaskSector
+from dexterity.timing import Timing, Way
 
 __all__ = [
     "AS_PRINTED",

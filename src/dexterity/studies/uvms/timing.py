@@ -42,11 +42,11 @@ from dexterity.networks.folding import Bells, folded
 from dexterity.networks.network import Network, View
 from dexterity.networks.radial_basis import RadialBasis
 from dexterity.report.claims import Acceptance, Outcome, Paper, Verdict, load_paper
-from dexterity.report.instructions import instructions_per_configuration
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Ratio, Timing, Way, measure, ratio
 from dexterity.studies.uvms import cost
 from dexterity.symbolic import SymbolicChain
+from dexterity.timing import Ratio, Timing, Way, measure, ratio
+from dexterity.timing.instructions import instructions_per_configuration
 
 __all__ = [
     "CONFIGS",

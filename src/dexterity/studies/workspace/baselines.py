@@ -36,7 +36,7 @@ from dexterity.networks.threads import one_thread
 from dexterity.report.claims import Acceptance, Claim, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way, measure
+from dexterity.timing import Timing, Way, measure
 from dexterity.workspace.dataset import (
     ConfidenceData,
     JacobianData,

@@ -29,9 +29,9 @@ from torch import Tensor
 from dexterity import robots, spatial
 from dexterity.chain import Chain
 from dexterity.report.claims import Acceptance, Outcome, Verdict
-from dexterity.report.figures import COLORS
-from dexterity.report.scenes import Scene
 from dexterity.report.stored import Tolerance
+from dexterity.scenes import Scene
+from dexterity.scenes.colors import COLORS
 from dexterity.workspace import dataset, maps, reachability, training
 from dexterity.workspace.jacobian_net import Architecture, Entries, Inputs, JacobianNet
 from dexterity.workspace.maps import ByClosedForm, ByNetwork, Grid, Map, Survey

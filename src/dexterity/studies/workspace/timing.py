@@ -32,8 +32,8 @@ from torch import Tensor
 from dexterity.codegen.library import compiled_library
 from dexterity.report.claims import Acceptance, Outcome, Paper, Verdict, load_paper
 from dexterity.report.stored import Tolerance
-from dexterity.report.timing import Timing, Way, measure, ratio
 from dexterity.studies.workspace import baselines
+from dexterity.timing import Timing, Way, measure, ratio
 from dexterity.workspace import closed_form, compiled, dataset, maps, reachability
 from dexterity.workspace.compiled import CompiledArm
 from dexterity.workspace.dataset import Scaling

@@ -25,11 +25,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import dexterity as dx
-from dexterity import indices, robots
+from dexterity import indices, robots, scenes
 from dexterity.indices import Ellipsoid
-from dexterity.report import scenes, shapes
-from dexterity.report.mechanisms import Body, Slider
-from dexterity.report.scenes import Scene
+from dexterity.scenes import Body, Scene, Slider
+from dexterity.scenes.camera import View, camera_axes
+from dexterity.scenes.colors import hex_color
 from serial_chains import random_robot
 
 Array = NDArray[np.float64]
@@ -158,7 +158,7 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
 PROGRAM = """
 import numpy as np
 from dexterity import robots
-from dexterity.report.scenes import Scene
+from dexterity.scenes import Scene
 scene = Scene("An arm that moves")
 scene.add_chain(robots.puma560(), np.zeros(6), name="arm")
 scene.animate("arm", np.linspace(0, 1, 12).reshape(2, 6))
@@ -261,7 +261,7 @@ def test_an_empty_scene_can_be_shown() -> None:
 
 
 def test_the_page_asks_for_nothing_outside() -> None:
-    template = (resources.files("dexterity.report") / "scene.html").read_text(encoding="utf-8")
+    template = (resources.files("dexterity.scenes") / "scene.html").read_text(encoding="utf-8")
     assert "http" not in template
     assert template.count(".src = ") == 1
 
@@ -279,10 +279,10 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda direction: np.lina
 
 @given(direction=directions, points=st.lists(st.tuples(*[st.floats(-5, 5)] * 3), min_size=2, max_size=8))
 def test_everything_is_in_the_picture(direction: tuple[float, ...], points: list[tuple[float, ...]]) -> None:
-    axes = shapes.camera_axes(np.array(direction))
+    axes = camera_axes(np.array(direction))
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
     assert axes[1, 2] >= 0
-    view = shapes.View.of(np.array(points), axes, height=400)
+    view = View.of(np.array(points), axes, height=400)
     x, y, depth = view.project(np.array(points)).T
     assert ((x >= 0) & (x <= view.width) & (y >= 0) & (y <= view.height) & (depth > 0)).all()
 
@@ -441,7 +441,7 @@ def test_bars_go_from_end_to_end(bars: int) -> None:
         np.testing.assert_allclose(bar_ends(thing, in_world(frames, f"truss/bar{i}")), ends[i], atol=1e-5)
         for radius in ("radiusTop", "radiusBottom"):
             assert thing["geometries"][0][radius] == pytest.approx(0.03)
-        assert thing["materials"][0]["color"] == int(shapes.hex_color("vermillion")[1:], 16)
+        assert thing["materials"][0]["color"] == int(hex_color("vermillion")[1:], 16)
     assert page(scene).texts["li"].startswith("trussgrid")
 
 
@@ -538,9 +538,9 @@ def test_points_are_where_they_are_and_of_one_colour() -> None:
     stored = np.frombuffer(position["array"].data, dtype=np.float32)
     np.testing.assert_allclose(stored.reshape(-1, 3), points, rtol=1e-6)
     # three.js draws size · (height / 2) / depth pixels, whatever the field of view is.
-    view = shapes.View(np.eye(3), np.zeros(3), np.ones(3), width=700, height=400)
+    view = View(np.eye(3), np.zeros(3), np.ones(3), width=700, height=400)
     assert material["size"] * 400 / 2 / 3.0 == pytest.approx(0.02 * view.scale(np.array([3.0]))[0], rel=1e-6)
-    assert material["color"] == int(shapes.hex_color("vermillion")[1:], 16)
+    assert material["color"] == int(hex_color("vermillion")[1:], 16)
     # meshcat's own material would look for a colour of each point, and show black.
     assert not material["vertexColors"]
     assert drawn["object"]["type"] == "Points"
@@ -688,7 +688,7 @@ def test_two_mechanisms_have_their_own_sliders() -> None:
 
 
 def test_the_page_can_move_bodies() -> None:
-    template = (resources.files("dexterity.report") / "scene.html").read_text(encoding="utf-8")
+    template = (resources.files("dexterity.scenes") / "scene.html").read_text(encoding="utf-8")
     assert "function moveBodies(value, { values, bodies })" in template
     assert mechanism_scene()._repr_html_() == mechanism_scene()._repr_html_()
 
@@ -855,7 +855,7 @@ def test_the_viewer_is_copied_with_its_licences(tmp_path: Path) -> None:
 
 def test_the_viewer_knows_the_commands_that_it_is_given() -> None:
     script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
-    template = (resources.files("dexterity.report") / "scene.html").read_text(encoding="utf-8")
+    template = (resources.files("dexterity.scenes") / "scene.html").read_text(encoding="utf-8")
     ours = {"set_label", "set_view"}
     kinds = {command["type"] for command in commands(full_scene())}
     assert kinds >= ours

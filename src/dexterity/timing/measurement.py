@@ -7,33 +7,14 @@ there is none to tell.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from torch.utils.benchmark import Timer, set_torch_threads
 from torch.utils.benchmark.utils.timer import timer as wall_clock
 
-from dexterity.report.machine import processor, versions
-from dexterity.store import write_atomically
-
-__all__ = [
-    "Ratio",
-    "Timing",
-    "Way",
-    "conditions",
-    "measure",
-    "ratio",
-    "readable",
-    "table",
-    "to_csv",
-    "to_markdown",
-    "write",
-]
-
-_NANOSECONDS = 1e9
+__all__ = ["Ratio", "Timing", "Way", "measure", "ratio", "three_digits"]
 
 
 @dataclass(frozen=True)
@@ -106,7 +87,7 @@ class Ratio:
     distinguishable: bool
 
     def __str__(self) -> str:
-        return _three_digits(self.value) if self.distinguishable else "indistinguishable"
+        return three_digits(self.value) if self.distinguishable else "indistinguishable"
 
 
 def measure(
@@ -177,120 +158,6 @@ def ratio(timing: Timing, reference: Timing) -> Ratio:
     return Ratio(timing.median / reference.median, apart)
 
 
-def table(timings: Sequence[Timing], reference: str) -> pd.DataFrame:
-    """Set timings beside a reference, one row for each under its name.
-
-    Parameters
-    ----------
-    timings
-        Timings of one run.
-    reference
-        Name of the one that the others are compared with.
-
-    Returns
-    -------
-    Columns configurations; lower, median, upper [ns] per configuration; ratio of the medians to the
-    reference's; distinguishable, which is false where the quartiles overlap.
-
-    Raises
-    ------
-    ValueError
-        If no timing, or more than one, has the reference's name.
-    """
-    found = [timing for timing in timings if timing.name == reference]
-    if len(found) != 1:
-        names = [timing.name for timing in timings]
-        raise ValueError(f"reference is {reference!r}; one of the timings must have that name: {names}")
-    ratios = [ratio(timing, found[0]) for timing in timings]
-    columns = {
-        "configurations": [timing.configurations for timing in timings],
-        "lower": [timing.lower * _NANOSECONDS for timing in timings],
-        "median": [timing.median * _NANOSECONDS for timing in timings],
-        "upper": [timing.upper * _NANOSECONDS for timing in timings],
-        "ratio": [ratio.value for ratio in ratios],
-        "distinguishable": [ratio.distinguishable for ratio in ratios],
-    }
-    return pd.DataFrame(columns, index=pd.Index([timing.name for timing in timings], name="way"))
-
-
-def readable(table: pd.DataFrame) -> pd.DataFrame:
-    """Write the numbers of a table to three digits, for a page.
-
-    Parameters
-    ----------
-    table
-        What :func:`table` returns, or several of them with further levels of the index.
-    """
-    ratios = zip(table["ratio"], table["distinguishable"], strict=True)
-    quartiles = zip(table["lower"], table["upper"], strict=True)
-    return pd.DataFrame(
-        {
-            "configurations": [f"{number:,}" for number in table["configurations"]],
-            "median [ns]": [_three_digits(median) for median in table["median"]],
-            "quartiles [ns]": [f"{_three_digits(a)}–{_three_digits(b)}" for a, b in quartiles],
-            # The reference beside itself is one, and not indistinguishable.
-            "ratio": ["1" if value == 1 else str(Ratio(value, apart)) for value, apart in ratios],
-        },
-        index=table.index,
-    )
-
-
-def conditions(*distributions: str) -> dict[str, str]:
-    """Tell what times depend on: the processor, the threads that `measure` uses, and versions.
-
-    Parameters
-    ----------
-    distributions
-        Installed distributions beside Python, torch and numpy, such as ``"pin"``.
-
-    Raises
-    ------
-    importlib.metadata.PackageNotFoundError
-        If one is not installed.
-    """
-    return {"processor": processor(), "threads": "1"} | versions("torch", "numpy", *distributions)
-
-
-def to_csv(table: pd.DataFrame, conditions: Mapping[str, str]) -> str:
-    """Write a table as CSV, below its conditions in lines that begin with ``#``.
-
-    ``pandas.read_csv(..., comment="#")`` reads it; times are in nanoseconds to six digits.
-
-    Raises
-    ------
-    ValueError
-        If a name holds a ``#``.
-    """
-    rows = table.to_csv(float_format="%.6g", lineterminator="\n")
-    if "#" in rows:
-        raise ValueError("a name in the table holds a #, after which a reader sees a comment")
-    return "".join(f"# {key}: {value}\n" for key, value in conditions.items()) + rows
-
-
-def to_markdown(table: pd.DataFrame, conditions: Mapping[str, str], title: str) -> str:
-    """Write a table as Markdown below its title, its conditions at the end."""
-    texts = readable(table).reset_index()
-    lines = [list(texts.columns), ["---"] * len(texts.columns), *texts.to_numpy().tolist()]
-    rows = "\n".join(
-        "| " + " | ".join(str(text).replace("|", r"\|") for text in line) + " |" for line in lines
-    )
-    measured = ", ".join(f"{key} {value}" for key, value in conditions.items())
-    return f"{title}\n\n{rows}\n\nMeasured with: {measured}.\n"
-
-
-def write(stem: Path, table: pd.DataFrame, conditions: Mapping[str, str], title: str) -> None:
-    """Write a table into `stem`.csv and `stem`.md, each as a whole.
-
-    Raises
-    ------
-    ValueError
-        If a name holds a ``#``.
-    OSError
-        If a file cannot be written.
-    """
-    write_atomically(stem.with_name(f"{stem.name}.csv"), to_csv(table, conditions))
-    write_atomically(stem.with_name(f"{stem.name}.md"), to_markdown(table, conditions, title))
-
-
-def _three_digits(value: float) -> str:
+def three_digits(value: float) -> str:
+    """Write a number to three digits."""
     return f"{value:,.0f}" if value >= 100 else f"{value:#.3g}".rstrip(".")

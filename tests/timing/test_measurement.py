@@ -11,10 +11,9 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dexterity.report import timing
-from dexterity.report.machine import processor
+from dexterity import timing
 from dexterity.report.records import from_json, to_json
-from dexterity.report.timing import Timing, Way
+from dexterity.timing import Timing, Way, processor
 
 PEERS = {"processor": "a processor", "threads": "1", "numpy": "2.0"}
 

@@ -1,84 +1,25 @@
-"""Three-dimensional scenes in a page: chains, mechanisms, ellipsoids and paths that the reader can turn.
-
-A :class:`Scene` keeps simple shapes on a tree of frames. Showing it draws the same shapes twice: as
-meshcat's commands, which the page replays in meshcat's viewer, and as a still picture, for a page
-without WebGL, for print, and for the moment before the viewer starts. No server is involved, and the
-same scene gives the same bytes.
-
-The page is ``scene.html`` beside this file: an iframe with everything in it but the viewer's script,
-which all scenes of a book share. :func:`copy_viewer` puts it where they look for it.
-"""
+"""Three-dimensional scenes in a page: chains, mechanisms, ellipsoids and paths that the reader can turn."""
 
 from __future__ import annotations
 
-import base64
-import html
-import io
-import itertools
-import json
-import math
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from importlib import resources
-from pathlib import Path
-from string import Template
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Sequence
 
-import matplotlib.style
 import numpy as np
-import umsgpack
-from matplotlib.figure import Figure
-from meshcat.animation import Animation
-from meshcat.commands import SetObject
-from meshcat.path import Path as NodePath
-from meshcat.visualizer import Visualizer
 
-from dexterity import store
 from dexterity.chain import Chain
 from dexterity.indices import Ellipsoid
-from dexterity.report import shapes
-from dexterity.report.arguments import finite_array, positive, rigid
-from dexterity.report.markup import Markup, element
-from dexterity.report.mechanisms import Body, Drive, Mechanism, Slider, assembled, labelled
-from dexterity.report.motion import BarMotion, JointMotion, joint_motion
-from dexterity.report.shapes import Array, Command, Shape, View
+from dexterity.scenes import page, shapes, still, viewer
+from dexterity.scenes.arguments import Array, bar_lengths, finite_array, positive, rigid
+from dexterity.scenes.camera import View, camera_axes
+from dexterity.scenes.colors import AXIS_COLORS, hex_color
+from dexterity.scenes.frames import DrawnChain, axis_frame, chain_frames, in_world
+from dexterity.scenes.mechanisms import Body, Mechanism, Slider, assembled, labelled
+from dexterity.scenes.motion import BarMotion, JointMotion
+from dexterity.scenes.page import Html
+from dexterity.scenes.shapes import Shape
 from dexterity.spatial import TensorLike
 
-__all__ = ["Scene", "copy_viewer", "side_by_side"]
-
-
-def copy_viewer(folder: str | Path) -> None:
-    """Copy meshcat's viewer and its licences into a folder, for a book's ``_static/meshcat``.
-
-    Parameters
-    ----------
-    folder
-        Where to put ``main.min.js``, its two licence files and meshcat's own ``LICENSE``. Made if missing.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
-    """
-    viewer = resources.files("meshcat") / "viewer"
-    script = "main.min.js"
-    built = (f"{script}.LICENSE.txt", f"{script}.THIRD_PARTY_LICENSES.json", script)
-    for source in (viewer / "LICENSE", *(viewer / "dist" / name for name in built)):
-        store.write_atomically(Path(folder) / source.name, source.read_bytes())
-
-
-def side_by_side(*scenes: Scene) -> Markup:
-    """Set scenes in a row with their titles below; one under the other where the page is narrow."""
-    cells = (
-        element(
-            "figure",
-            scene._repr_html_() + element("figcaption", html.escape(scene.title)),
-            style="flex:1 1 17rem;min-width:0;margin:0",
-        )
-        for scene in scenes
-    )
-    return Markup(element("div", "".join(cells), style="display:flex;flex-wrap:wrap;gap:0.75rem"))
+__all__ = ["Scene", "side_by_side"]
 
 
 class Scene:
@@ -109,11 +50,11 @@ class Scene:
             raise ValueError(f"height is {height}; a positive number of pixels is needed")
         self._title = title
         self._height = height
-        self._camera_axes = shapes.camera_axes(finite_array(view_from, "view_from", (3,)))
+        self._camera_axes = camera_axes(finite_array(view_from, "view_from", (3,)))
         self._names: list[str] = []
         self._frames: dict[str, Array] = {}
         self._shapes: list[Shape] = []
-        self._chains: dict[str, _DrawnChain] = {}
+        self._chains: dict[str, DrawnChain] = {}
         self._bars: dict[str, Array] = {}
         self._motions: dict[str, JointMotion | BarMotion] = {}
         self._sliders: list[str] = []
@@ -156,7 +97,7 @@ class Scene:
         axes
             Whether to draw the axes, with the names of the joints.
         color
-            Of the links: a name of :data:`dexterity.report.figures.COLORS` or a colour of matplotlib.
+            Of the links: a name of :data:`dexterity.scenes.colors.COLORS` or a colour of matplotlib.
 
         Raises
         ------
@@ -165,15 +106,20 @@ class Scene:
             colour is unknown.
         """
         q = finite_array(q, "q", (chain.joints,))
-        color = shapes.hex_color(color)
+        color = hex_color(color)
         name = self._new_name(chain.name if name is None else name)
-        joints = self._add_joint_frames(chain, q, name)
-        self._chains[name] = _DrawnChain(chain, q, joints)
+        frames, joints = chain_frames(chain, q, name)
+        self._frames |= frames
+        self._chains[name] = DrawnChain(chain, q, joints)
         size = shapes.reach(chain) or 1.0
         self._shapes += shapes.links(chain, joints, 0.016 * size, color)
         self._shapes += shapes.triad(f"{joints[-1]}/link{chain.joints}", 0.12 * size)
         if axes:
-            self._add_axes(chain, joints, 0.18 * size)
+            for i, kind in enumerate(chain.kinds):
+                bearer, T_bearer_axis = axis_frame(chain, i)
+                frame = self._add_frame(f"{joints[bearer]}/axis{i}", T_bearer_axis)
+                self._shapes += shapes.joint_axis(frame, kind, 0.18 * size, chain.joint_names[i])
+                self._legend[f"{kind} axis"] = AXIS_COLORS[kind]
 
     def add_mechanism(
         self,
@@ -218,8 +164,7 @@ class Scene:
             raise ValueError(f"sliders hold {sorted(idle)}, which move nothing")
         self._new_name(name)
         self._add_frame(name, T)
-        for path, T_carrier_body in frames.items():
-            self._add_frame(path, T_carrier_body)
+        self._frames |= frames
         self._shapes += drawn
         self._mechanisms[name] = Mechanism(tuple(by_label.values()), drives)
 
@@ -259,7 +204,7 @@ class Scene:
         if (lengths <= 0).any():
             raise ValueError(f"size is {tuple(lengths.tolist())}; three positive lengths are needed")
         T = np.eye(4) if pose is None else rigid(pose, "pose")
-        color = shapes.hex_color(color)
+        color = hex_color(color)
         parent = ""
         if on is not None:
             drawn = self._drawn(on, "on")
@@ -309,7 +254,7 @@ class Scene:
         # Either sense of the third axis gives the same ellipsoid; this one makes T a rotation.
         T[:3, :3] = np.column_stack([axes[:, 0], axes[:, 1], np.cross(axes[:, 0], axes[:, 1])])
         lengths = positive(scale, "scale") * semi_axes
-        color = shapes.hex_color(color)
+        color = hex_color(color)
         frame = self._add_frame(self._new_name(name), T)
         self._shapes += shapes.ellipsoid(frame, lengths, color)
         self._legend[name] = color
@@ -333,7 +278,7 @@ class Scene:
         moved = (np.diff(points, axis=0) != 0).any(axis=1)
         if not moved.any():
             raise ValueError("points are a single place; a path needs at least two different ones")
-        color = shapes.hex_color(color)
+        color = hex_color(color)
         frame = self._add_frame(self._new_name(name), np.eye(4))
         self._shapes += shapes.path(frame, points[np.append(True, moved)], color)
         self._legend[name] = color
@@ -361,7 +306,7 @@ class Scene:
         points = finite_array(points, "points", (-1, 3))
         if not len(points):
             raise ValueError("points is empty; one or more are needed")
-        size, color = positive(size, "size"), shapes.hex_color(color)
+        size, color = positive(size, "size"), hex_color(color)
         frame = self._add_frame(self._new_name(name), np.eye(4))
         self._shapes += shapes.dots(frame, points, size, color)
         self._legend[name] = color
@@ -389,8 +334,8 @@ class Scene:
         ends = finite_array(ends, "ends", (-1, 2, 3))
         if not len(ends):
             raise ValueError("ends is empty; one bar or more are needed")
-        lengths = _bar_lengths(ends, "ends")
-        radius, color = positive(radius, "radius"), shapes.hex_color(color)
+        lengths = bar_lengths(ends, "ends")
+        radius, color = positive(radius, "radius"), hex_color(color)
         self._add_frame(self._new_name(name), np.eye(4))
         self._bars[name] = ends
         for i, length in enumerate(lengths.tolist()):
@@ -427,15 +372,7 @@ class Scene:
         if len(frames) < 2:
             raise ValueError(f"q_frames has {len(frames)} frames; at least two are needed")
         speed = positive(frames_per_second, "frames_per_second")
-        turns = np.abs(np.diff(frames, axis=0)).max(axis=0)
-        for joint, kind, turn in zip(drawn.chain.joint_names, drawn.chain.kinds, turns, strict=True):
-            if kind == "revolute" and turn >= math.pi:
-                raise ValueError(
-                    f"q_frames turns {joint} by {turn:.3g} rad in one frame; less than π is needed"
-                )
-        for i, path in enumerate(drawn.joints):
-            if (frames[:, i] != drawn.q[i]).any():
-                self._motions[path] = JointMotion(drawn.chain.kinds[i], frames[:, i], speed)
+        self._motions |= drawn.motions(frames, speed, "q_frames")
 
     def add_sliders(self, name: str) -> None:
         """Give the reader a slider for each joint of a chain.
@@ -486,9 +423,9 @@ class Scene:
         ends = finite_array(frames, "frames", (-1, len(paths), 2, 3))
         if len(ends) < 2:
             raise ValueError(f"frames has {len(ends)} frames; at least two are needed")
-        _bar_lengths(ends, "frames")
+        bar_lengths(ends, "frames")
         speed = positive(frames_per_second, "frames_per_second")
-        at_rest = _bar_lengths(self._bars[name], "ends").tolist()
+        at_rest = bar_lengths(self._bars[name], "ends").tolist()
         motions = [BarMotion.of(ends[:, i], length, speed) for i, length in enumerate(at_rest)]
         moves = (ends != self._bars[name]).any(axis=(0, 2, 3))
         for path, motion, moved in zip(paths, motions, moves, strict=True):
@@ -502,53 +439,18 @@ class Scene:
         places = self._places()
         view = View.of(places, self._camera_axes, self._height)
         floor, spacing = shapes.floor(places)
-        all_shapes = [floor, *self._shapes]
-        legend = [_legend_row(text, color) for text, color in self._legend.items()]
-        template = (resources.files(__package__) / "scene.html").read_text(encoding="utf-8")
-        page = Template(template).substitute(
-            title=html.escape(self._title),
-            alt=html.escape(f"{self._title}: {', '.join(self._names)}"),
-            legend="".join([*legend, f"<li>grid {spacing:g} m</li>"]),
-            still=base64.b64encode(self._still(view, all_shapes)).decode(),
-            commands=self._commands(view, all_shapes),
+        drawn = [floor, *self._shapes]
+        driven = {name: self._chains[name] for name in self._sliders}
+        sliders = viewer.slider_commands(driven, self._mechanisms)
+        return page.iframe(
+            self._title,
+            ", ".join(self._names),
+            self._height,
+            legend=self._legend,
+            grid=spacing,
+            still=still.picture(drawn, in_world(self._frames), view),
+            commands=viewer.packed_commands(drawn, self._frames, view, self._motions, sliders),
         )
-        return (
-            f'<iframe class="meshcat-scene" title="{html.escape(self._title)}" '
-            f'style="width:100%;height:{self._height}px;border:0" srcdoc="{html.escape(page)}"></iframe>'
-        )
-
-    def _commands(self, view: View, all_shapes: Sequence[Shape]) -> str:
-        """Return all that the viewer is to do, compressed, in base 64."""
-        recorder = _Recorder()
-        root = Visualizer(window=recorder)
-        _set_stage(root, view)
-        for path, T in self._frames.items():
-            root[path].set_transform(T)
-        for shape in all_shapes:
-            shape.record(root)
-        if self._motions:
-            animation = Animation()
-            for path, motion in self._motions.items():
-                animation.clips[_node(path)] = motion.clip()
-            root.set_animation(animation, repetitions=math.inf)
-        for slider in self._slider_commands():
-            recorder.send(slider)
-        return recorder.packed()
-
-    def _still(self, view: View, all_shapes: Sequence[Shape]) -> bytes:
-        """Return the scene as an SVG picture, what is far painted first."""
-        frames = _in_world(self._frames)
-        depths = [view.project(shape.places(frames[shape.frame]))[:, 2].mean() for shape in all_shapes]
-        far_first = sorted(range(len(all_shapes)), key=lambda i: (all_shapes[i].layer, -depths[i]))
-        with matplotlib.style.context(["default", _STILL_STYLE]):
-            figure = Figure(figsize=(view.width / 72, view.height / 72), dpi=72, facecolor="none")
-            axes = figure.add_axes((0, 0, 1, 1), xlim=(0, view.width), ylim=(0, view.height))
-            axes.set_axis_off()
-            for order, i in enumerate(far_first):
-                all_shapes[i].paint(axes, view, frames[all_shapes[i].frame], order)
-            picture = io.BytesIO()
-            figure.savefig(picture, format="svg", metadata=_NO_METADATA)
-        return picture.getvalue()
 
     def _places(self) -> Array:
         """Return points (k, 3) in the world that the picture must hold, at rest and in every frame."""
@@ -559,21 +461,10 @@ class Scene:
         return np.concatenate(
             [
                 shape.places(frames[shape.frame]).reshape(-1, 3)
-                for frames in (_in_world(self._frames | changed) for changed in ({}, moving, *moved))
+                for frames in (in_world(self._frames | changed) for changed in ({}, moving, *moved))
                 for shape in self._shapes
             ]
         )
-
-    def _slider_commands(self) -> Iterator[Command]:
-        taken: set[str] = set()
-        for name in self._sliders:
-            drawn = self._chains[name]
-            for i, joint in enumerate(drawn.chain.joint_names):
-                unit = "rad" if drawn.chain.kinds[i] == "revolute" else "m"
-                yield _slider(_untaken(f"{joint} [{unit}]", name, taken), drawn, i)
-        for name, mechanism in self._mechanisms.items():
-            for slider in mechanism.sliders:
-                yield _mechanism_slider(_untaken(slider.label, name, taken), slider, mechanism.drives)
 
     # ---- its parts --------------------------------------------------------------------------------
 
@@ -585,7 +476,7 @@ class Scene:
         self._names.append(name)
         return name
 
-    def _drawn(self, name: str, argument: str) -> _DrawnChain:
+    def _drawn(self, name: str, argument: str) -> DrawnChain:
         if name not in self._chains:
             raise ValueError(f"{argument} is {name!r}; the chains of this scene are {sorted(self._chains)}")
         return self._chains[name]
@@ -598,174 +489,7 @@ class Scene:
         self._frames[path] = T_parent_frame
         return path
 
-    def _add_joint_frames(self, chain: Chain, q: Array, name: str) -> tuple[str, ...]:
-        """Add link0/joint0/link1/… below `name`: links stay as they are, joints carry the motion."""
-        path, joints = self._add_frame(name, np.eye(4)), []
-        links = chain.link_transforms.numpy()
-        for i, kind in enumerate(chain.kinds):
-            path = self._add_frame(f"{path}/link{i}", links[i])
-            path = self._add_frame(f"{path}/joint{i}", joint_motion(kind, q[i]))
-            joints.append(path)
-        self._add_frame(f"{path}/link{chain.joints}", links[-1])
-        return tuple(joints)
 
-    def _add_axes(self, chain: Chain, joints: Sequence[str], size: float) -> None:
-        links = chain.link_transforms.numpy()
-        for i, kind in enumerate(chain.kinds):
-            bearer, R_axis_bearer = i, np.eye(3)
-            while chain.kinds[bearer : bearer + 2] == ("prismatic", "prismatic"):
-                bearer += 1
-                R_axis_bearer = R_axis_bearer @ links[bearer][:3, :3]
-            T_bearer_axis = np.eye(4)
-            T_bearer_axis[:3, :3] = R_axis_bearer.T
-            frame = self._add_frame(f"{joints[bearer]}/axis{i}", T_bearer_axis)
-            self._shapes += shapes.joint_axis(frame, kind, size, chain.joint_names[i])
-            self._legend[f"{kind} axis"] = shapes.AXIS_COLORS[kind]
-
-
-_NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-
-_STILL_STYLE: Any = {
-    "font.sans-serif": ["DejaVu Sans"],
-    "svg.fonttype": "none",
-    "svg.hashsalt": "dexterity",
-}
-
-
-def _legend_row(text: str, color: str) -> str:
-    return f'<li><i style="background:{color}"></i>{html.escape(text)}</li>'
-
-
-def _untaken(label: str, name: str, taken: set[str]) -> str:
-    """Label of a slider, with what it moves in front where the label alone is taken."""
-    label = f"{name} {label}" if label in taken else label
-    taken.add(label)
-    return label
-
-
-# ---- motion ---------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _DrawnChain:
-    """A chain in a scene, its joint values, and the paths of the frames that its joints move."""
-
-    chain: Chain
-    q: Array
-    joints: tuple[str, ...]
-
-
-def _in_world(frames: Mapping[str, Array]) -> dict[str, Array]:
-    """Turn poses in their parents' frames into poses in the world; parents come before their children."""
-    world: dict[str, Array] = {"": np.eye(4)}
-    for path, T_parent_frame in frames.items():
-        world[path] = world[path.rpartition("/")[0]] @ T_parent_frame
-    return world
-
-
-# ---- meshcat --------------------------------------------------------------------------------------
-
-
-@runtime_checkable
-class _Lowerable(Protocol):
-    """What can be sent to meshcat's window."""
-
-    def lower(self) -> dict[str, object]: ...
-
-
-class _Recorder:
-    """Stands in for meshcat's window and keeps what it is sent, with ids that are the same every time."""
-
-    def __init__(self) -> None:
-        self._commands: list[bytes] = []
-        self._ids = itertools.count()
-
-    def send(self, command: _Lowerable) -> None:
-        if isinstance(command, SetObject):
-            for element in (command.object, command.object.geometry, command.object.material):
-                element.uuid = f"{next(self._ids):x}"
-        # Poses go in the precision that WebGL draws in; the numbers of a slider are to be read.
-        precision = "double" if isinstance(command, Command) else "single"
-        self._commands.append(umsgpack.packb(command.lower(), force_float_precision=precision))
-
-    def packed(self) -> str:
-        """Return each command after its length in four bytes, all compressed, in base 64."""
-        framed = b"".join(len(command).to_bytes(4, "little") + command for command in self._commands)
-        return base64.b64encode(zlib.compress(framed, 9)).decode()
-
-
-def _set_stage(root: Visualizer, view: View) -> None:
-    """Clear meshcat's stage, light it from above the camera's left shoulder, and place the camera."""
-    for path in ("Background", "Grid", "Axes", "Lights/PointLightNegativeX", "Lights/PointLightPositiveX"):
-        root[f"/{path}"].set_property("visible", False)
-    lamp = root["/Lights/FillLight/<object>"]
-    lamp.set_property("position", (np.array([-0.5, 1.0, 0.9]) @ view.axes).tolist())
-    lamp.set_property("intensity", 0.45)
-    root["/Lights/AmbientLight/<object>"].set_property("intensity", 0.7)
-    camera = {
-        "target": view.target.tolist(),
-        "back": view.axes[2].tolist(),
-        "half_extent": view.half_extent.tolist(),
-        "field_of_view": math.degrees(view.field_of_view),
-    }
-    root.window.send(Command({"type": "set_view", **camera}))
-
-
-def _slider(label: str, drawn: _DrawnChain, joint: int) -> Command:
-    """Slider over the limits of a joint, which moves the joint's frame."""
-    value, kind = float(drawn.q[joint]), drawn.chain.kinds[joint]
-    unlimited = math.pi if kind == "revolute" else 1.0
-    lower, upper = float(drawn.chain.lower[joint]), float(drawn.chain.upper[joint])
-    if kind == "revolute":
-        motion = "'quaternion', [0, 0, Math.sin(value / 2), Math.cos(value / 2)]"
-    else:
-        motion = "'position', [0, 0, value]"
-    node = json.dumps(_node(drawn.joints[joint]).entries)
-    control = {
-        "name": label,
-        "callback": f"value => {{ viewer.set_property({node}, {motion}); viewer.set_dirty(); }}",
-        "value": value,
-        "min": lower if math.isfinite(lower) else min(-unlimited, value),
-        "max": upper if math.isfinite(upper) else max(unlimited, value),
-        "step": 0.01,
-    }
-    return Command({"type": "set_control", **control})
-
-
-def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, Drive]) -> Command:
-    """Slider that moves the frames of all bodies that are its own."""
-    moved = [
-        {
-            "node": _node(path).entries,
-            "positions": drive.positions.round(5).tolist(),
-            "turns": drive.turns.round(6).tolist(),
-        }
-        for path, drive in drives.items()
-        if drive.slider.label == slider.label
-    ]
-    table = json.dumps({"values": slider.values.round(6).tolist(), "bodies": moved}, separators=(",", ":"))
-    span = float(slider.values[-1] - slider.values[0])
-    control = {
-        "name": label,
-        "callback": f"value => moveBodies(value, {table})",
-        "value": slider.start,
-        "min": float(slider.values[0]),
-        "max": float(slider.values[-1]),
-        "step": 10.0 ** math.floor(math.log10(span / 100)),
-    }
-    return Command({"type": "set_control", **control})
-
-
-def _node(path: str) -> NodePath:
-    return NodePath(("meshcat",)).append(path)
-
-
-# ---- input ----------------------------------------------------------------------------------------
-
-
-def _bar_lengths(ends: Array, name: str) -> Array:
-    """Return the lengths (...) of bars (..., 2, 3) [m], none of which is zero."""
-    lengths: Array = np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
-    if not (lengths > 0).all():
-        raise ValueError(f"{name} has a bar without a length")
-    return lengths
+def side_by_side(*scenes: Scene) -> Html:
+    """Set scenes in a row with their titles below; one under the other where the page is narrow."""
+    return page.row((scene.title, scene._repr_html_()) for scene in scenes)

@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 
-from dexterity.report import instructions
-from dexterity.report.instructions import instructions_per_configuration
+from dexterity.timing import instructions
+from dexterity.timing.instructions import instructions_per_configuration
 
 SOURCE = """
 #include <stddef.h>

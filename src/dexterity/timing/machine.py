@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-__all__ = ["Machine", "processor", "versions"]
+__all__ = ["Machine", "conditions", "processor", "versions"]
 
 
 @dataclass(frozen=True)
@@ -63,3 +63,19 @@ def versions(*distributions: str) -> dict[str, str]:
     return {"Python": platform.python_version()} | {
         name: importlib.metadata.version(name) for name in distributions
     }
+
+
+def conditions(*distributions: str) -> dict[str, str]:
+    """Tell what times depend on: the processor, the threads that `measure` uses, and versions.
+
+    Parameters
+    ----------
+    distributions
+        Installed distributions beside Python, torch and numpy, such as ``"pin"``.
+
+    Raises
+    ------
+    importlib.metadata.PackageNotFoundError
+        If one is not installed.
+    """
+    return {"processor": processor(), "threads": "1"} | versions("torch", "numpy", *distributions)

@@ -14,16 +14,17 @@ from typing import TypeAlias
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dexterity.report import shapes
-from dexterity.report.arguments import finite_array, positive, rigid
-from dexterity.report.shapes import Array, Shape
+from dexterity.scenes import shapes
+from dexterity.scenes.arguments import Array, finite_array, positive, rigid
+from dexterity.scenes.colors import hex_color
+from dexterity.scenes.shapes import Shape
 
 __all__ = ["Body", "Drive", "Mechanism", "Slider", "assembled", "labelled"]
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A slider that moves bodies of a mechanism, see :meth:`~dexterity.report.scenes.Scene.add_mechanism`.
+    """A slider that moves bodies of a mechanism, see :meth:`~dexterity.scenes.scene.Scene.add_mechanism`.
 
     Attributes
     ----------
@@ -43,7 +44,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body of a mechanism, drawn as rods and pins, see :class:`~dexterity.report.scenes.Scene`.
+    """A rigid body of a mechanism, drawn as rods and pins, see :class:`~dexterity.scenes.scene.Scene`.
 
     Attributes
     ----------
@@ -63,7 +64,7 @@ class Body:
     radius
         Of its rods [m].
     color
-        As in :meth:`~dexterity.report.scenes.Scene.add_chain`.
+        As in :meth:`~dexterity.scenes.scene.Scene.add_chain`.
     """
 
     name: str
@@ -160,7 +161,7 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
         if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
             raise ValueError(f"{argument} has a rod without length")
         radius = positive(body.radius, f"{argument} radius")
-        drawn += shapes.rods(path, rods, pins, radius, shapes.hex_color(body.color))
+        drawn += shapes.rods(path, rods, pins, radius, hex_color(body.color))
     return frames, drives, drawn
 
 

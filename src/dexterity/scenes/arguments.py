@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from dexterity import spatial
-from dexterity.report.shapes import Array
 from dexterity.spatial import TensorLike
 
-__all__ = ["finite_array", "positive", "rigid"]
+__all__ = ["Array", "bar_lengths", "finite_array", "positive", "rigid"]
+
+Array: TypeAlias = NDArray[np.float64]
 
 
 def finite_array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
@@ -33,3 +38,11 @@ def positive(value: float, name: str) -> float:
     if not (math.isfinite(value) and value > 0):
         raise ValueError(f"{name} is {value}; a positive number is needed")
     return float(value)
+
+
+def bar_lengths(ends: Array, name: str) -> Array:
+    """Return the lengths (...) of bars (..., 2, 3) [m], none of which is zero."""
+    lengths: Array = np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
+    if not (lengths > 0).all():
+        raise ValueError(f"{name} has a bar without a length")
+    return lengths

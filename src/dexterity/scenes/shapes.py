@@ -12,9 +12,8 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
-import matplotlib.colors
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -29,24 +28,20 @@ from meshcat.geometry import (
     PointsMaterial,
 )
 from meshcat.visualizer import Visualizer
-from numpy.typing import NDArray
 
 from dexterity.chain import Chain, JointKind
-from dexterity.report.figures import COLORS
+from dexterity.scenes.arguments import Array
+from dexterity.scenes.camera import View
+from dexterity.scenes.colors import AXIS_COLORS, COLORS, darker, number
 
 __all__ = [
-    "AXIS_COLORS",
-    "Array",
     "Command",
     "Shape",
-    "View",
     "bar",
     "box",
-    "camera_axes",
     "dots",
     "ellipsoid",
     "floor",
-    "hex_color",
     "joint_axis",
     "links",
     "path",
@@ -54,28 +49,6 @@ __all__ = [
     "rods",
     "triad",
 ]
-
-Array: TypeAlias = NDArray[np.float64]
-
-AXIS_COLORS: Mapping[JointKind, str] = {
-    "prismatic": COLORS["reddish purple"],
-    "revolute": COLORS["orange"],
-}
-"""Colours of joint axes."""
-
-
-def hex_color(color: str) -> str:
-    """Return ``#rrggbb`` for a name of :data:`dexterity.report.figures.COLORS` or a colour of matplotlib.
-
-    Raises
-    ------
-    ValueError
-        If there is no such colour.
-    """
-    try:
-        return matplotlib.colors.to_hex(COLORS.get(color, color))
-    except ValueError:
-        raise ValueError(f"color is {color!r}; {', '.join(COLORS)} are known, and '#rrggbb'") from None
 
 
 @dataclass(frozen=True)
@@ -87,73 +60,6 @@ class Command:
     def lower(self) -> dict[str, object]:
         """Return the command as it goes to the viewer."""
         return dict(self.fields)
-
-
-# ---- camera ---------------------------------------------------------------------------------------
-
-
-def camera_axes(view_from: Array) -> Array:
-    """Rows right, up and back of a camera that looks from a direction (3,), the world's z upright.
-
-    Raises
-    ------
-    ValueError
-        If the direction is zero.
-    """
-    if not view_from.any():
-        raise ValueError("view_from is zero; a direction from the scene to the camera is needed")
-    back = view_from / np.linalg.norm(view_from)
-    right = np.array([-back[1], back[0], 0.0])
-    slant = np.linalg.norm(right)
-    right = right / slant if slant > 1e-9 else np.array([1.0, 0.0, 0.0])
-    return np.array([right, np.cross(back, right), back])
-
-
-@dataclass(frozen=True)
-class View:
-    """A camera that looks at a box.
-
-    Attributes
-    ----------
-    axes
-        (3, 3), rows right, up and back of the camera in the world.
-    target
-        (3,) middle of the box in the world [m].
-    half_extent
-        (3,) half the width, height and depth of the box as the camera sees it [m].
-    width, height
-        Of the still picture [CSS pixels].
-    """
-
-    axes: Array
-    target: Array
-    half_extent: Array
-    width: int
-    height: int
-
-    field_of_view = math.radians(30)
-    """From the bottom of the picture to its top [rad]."""
-
-    @classmethod
-    def of(cls, places: Array, axes: Array, height: int) -> View:
-        """Look at points (k, 3) with some room about them."""
-        seen = places @ axes.T
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        half_extent = np.maximum(1.08 * (high - low) / 2, 0.05)
-        return cls(axes, (low + high) / 2 @ axes, half_extent, width=720, height=height)
-
-    def scale(self, depth: Array) -> Array:
-        """Pixels per metre at a depth (...) in front of the camera [m]."""
-        return self.height / (2 * math.tan(self.field_of_view / 2) * depth)
-
-    def project(self, points: Array) -> Array:
-        """Pixels from the left and from the bottom, and depth [m], of points (k, 3)."""
-        x, y, z = ((points - self.target) @ self.axes.T).T
-        half_width, half_height, half_depth = self.half_extent
-        visible = max(half_height, half_width * self.height / self.width)
-        depth = half_depth + visible / math.tan(self.field_of_view / 2) - z
-        scale = self.scale(depth)
-        return np.column_stack([self.width / 2 + x * scale, self.height / 2 + y * scale, depth])
 
 
 # ---- kinds of shapes ------------------------------------------------------------------------------
@@ -203,14 +109,14 @@ class Solid(Shape):
 
     def record(self, root: Visualizer) -> None:
         opaque = self.opacity == 1
-        material = MeshLambertMaterial(color=_number(self.color), opacity=self.opacity, depthWrite=opaque)
+        material = MeshLambertMaterial(color=number(self.color), opacity=self.opacity, depthWrite=opaque)
         root[f"{self.frame}/{self.name}"].set_object(Mesh(_Geometry(self.geometry, self.pose), material))
 
     def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:
         outline = Polygon(
             np.round(_outline(view.project(self.places(T))[:, :2]), 1),
             facecolor=self.color,
-            edgecolor=_darker(self.color),
+            edgecolor=darker(self.color),
             linewidth=0.6,
             alpha=self.opacity,
             zorder=order,
@@ -243,7 +149,7 @@ class Curve(Shape):
             "radialSegments": 8,
             "tubularSegments": segments,
         }
-        material = MeshLambertMaterial(color=_number(self.color))
+        material = MeshLambertMaterial(color=number(self.color))
         root[f"{self.frame}/{self.name}"].set_object(Mesh(_Geometry(tube, np.eye(4)), material))
 
     def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:
@@ -270,7 +176,7 @@ class Hairlines(Shape):
 
     def record(self, root: Visualizer) -> None:
         ends = PointsGeometry(self.segments.reshape(-1, 3).T.astype(np.float32))
-        material = LineBasicMaterial(color=_number(self.color))
+        material = LineBasicMaterial(color=number(self.color))
         root[f"{self.frame}/{self.name}"].set_object(LineSegments(ends, material))
 
     def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:
@@ -297,18 +203,16 @@ class Dots(Shape):
         centres = PointsGeometry(self.points.T.astype(np.float32))
         # three.js takes the size for that at a field of view of a right angle.
         size = self.size / math.tan(View.field_of_view / 2)
-        material = _OneColor(size=size, color=_number(self.color))
+        material = _OneColor(size=size, color=number(self.color))
         root[f"{self.frame}/{self.name}"].set_object(Points(centres, material))
 
     def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:
         seen = view.project(self.places(T))
         # Far ones first; the area of a marker is in points, of which a pixel is one.
         x, y, depth = seen[np.argsort(-seen[:, 2])].T
-        areas = np.square(self.size * view.scale(depth))
-        axes.scatter(
-            np.round(x, 1), np.round(y, 1), s=np.round(areas, 1), c=self.color, marker="s", linewidths=0,
-            zorder=order, clip_on=False,
-        )  # fmt: skip
+        areas = np.round(np.square(self.size * view.scale(depth)), 1)
+        look: dict[str, Any] = {"c": self.color, "marker": "s", "linewidths": 0, "clip_on": False}
+        axes.scatter(np.round(x, 1), np.round(y, 1), areas, zorder=order, **look)
 
 
 @dataclass(frozen=True)
@@ -346,7 +250,7 @@ def links(chain: Chain, joints: Sequence[str], radius: float, color: str) -> lis
         end = link[:3, 3]
         if kind == "revolute":
             drum = (-2.2 * radius * z, 2.2 * radius * z)
-            shapes.append(_tube(joint, "drum", drum, (1.7 * radius, 1.7 * radius), _darker(color)))
+            shapes.append(_tube(joint, "drum", drum, (1.7 * radius, 1.7 * radius), darker(color)))
         if np.linalg.norm(end) > radius:
             shapes.append(_tube(joint, "link", (np.zeros(3), end), (radius, radius), color))
     return shapes
@@ -361,7 +265,7 @@ def rods(frame: str, ends: Array, pins: Array, radius: float, color: str) -> lis
             for i, (start, end) in enumerate(ends)
         ),
         *(
-            _tube(frame, f"pin{i}", tuple(pin + drum), (1.7 * radius, 1.7 * radius), _darker(color))
+            _tube(frame, f"pin{i}", tuple(pin + drum), (1.7 * radius, 1.7 * radius), darker(color))
             for i, pin in enumerate(pins)
         ),
     ]
@@ -401,7 +305,7 @@ def box(frame: str, lengths: Array, color: str) -> list[Shape]:
     sides = dict(zip(("width", "height", "depth"), lengths.tolist(), strict=True))
     return [
         Solid(frame, "body", {"type": "BoxGeometry", **sides}, np.eye(4), corners, color, opacity=0.16),
-        Hairlines(frame, "edges", np.array(edges), _darker(color)),
+        Hairlines(frame, "edges", np.array(edges), darker(color)),
     ]
 
 
@@ -420,7 +324,7 @@ def ellipsoid(frame: str, semi_axes: Array, color: str) -> list[Shape]:
     return [
         Solid(frame, "body", geometry, pose, sphere.reshape(-1, 3), color, opacity=0.4),
         *(
-            _tube(frame, f"axis{i}", (-end, end), (radius, radius), _darker(color))
+            _tube(frame, f"axis{i}", (-end, end), (radius, radius), darker(color))
             for i, end in enumerate(np.diag(lengths))
         ),
     ]
@@ -530,12 +434,3 @@ def _pose_along_y(direction: Array, origin: Array) -> Array:
     T = _at(origin)
     T[:3, :3] = np.column_stack([x, y, np.cross(x, y)])
     return T
-
-
-def _darker(color: str) -> str:
-    red, green, blue = matplotlib.colors.to_rgb(color)
-    return matplotlib.colors.to_hex((0.65 * red, 0.65 * green, 0.65 * blue))
-
-
-def _number(color: str) -> int:
-    return int(color.removeprefix("#"), 16)

@@ -10,7 +10,7 @@ from meshcat.animation import AnimationClip
 from scipy.spatial.transform import Rotation
 
 from dexterity.chain import JointKind
-from dexterity.report.shapes import Array
+from dexterity.scenes.arguments import Array
 
 __all__ = ["BarMotion", "JointMotion", "joint_motion"]
 

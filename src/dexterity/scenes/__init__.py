@@ -1,0 +1,16 @@
+"""Three-dimensional scenes in a page: chains, mechanisms, ellipsoids and paths that the reader can turn.
+
+A :class:`~dexterity.scenes.scene.Scene` keeps simple shapes on a tree of frames. Showing it draws the same
+shapes twice: as meshcat's commands, which the page replays in meshcat's viewer, and as a still picture, for a
+page without WebGL, for print, and for the moment before the viewer starts. No server is involved, and the
+same scene gives the same bytes.
+
+The page is ``scene.html`` in this folder: an iframe with everything in it but the viewer's script, which all
+scenes of a book share. :func:`~dexterity.scenes.viewer.copy_viewer` puts it where they look for it.
+"""
+
+from dexterity.scenes.mechanisms import Body, Slider
+from dexterity.scenes.scene import Scene, side_by_side
+from dexterity.scenes.viewer import copy_viewer
+
+__all__ = ["Body", "Scene", "Slider", "copy_viewer", "side_by_side"]

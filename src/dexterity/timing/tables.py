@@ -1,0 +1,114 @@
+"""Tables of timings beside a reference, for a page and for files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from dexterity.store import write_atomically
+from dexterity.timing.measurement import Ratio, Timing, ratio, three_digits
+
+__all__ = ["readable", "table", "to_csv", "to_markdown", "write"]
+
+_NANOSECONDS = 1e9
+
+
+def table(timings: Sequence[Timing], reference: str) -> pd.DataFrame:
+    """Set timings beside a reference, one row for each under its name.
+
+    Parameters
+    ----------
+    timings
+        Timings of one run.
+    reference
+        Name of the one that the others are compared with.
+
+    Returns
+    -------
+    Columns configurations; lower, median, upper [ns] per configuration; ratio of the medians to the
+    reference's; distinguishable, which is false where the quartiles overlap.
+
+    Raises
+    ------
+    ValueError
+        If no timing, or more than one, has the reference's name.
+    """
+    found = [timing for timing in timings if timing.name == reference]
+    if len(found) != 1:
+        names = [timing.name for timing in timings]
+        raise ValueError(f"reference is {reference!r}; one of the timings must have that name: {names}")
+    ratios = [ratio(timing, found[0]) for timing in timings]
+    columns = {
+        "configurations": [timing.configurations for timing in timings],
+        "lower": [timing.lower * _NANOSECONDS for timing in timings],
+        "median": [timing.median * _NANOSECONDS for timing in timings],
+        "upper": [timing.upper * _NANOSECONDS for timing in timings],
+        "ratio": [ratio.value for ratio in ratios],
+        "distinguishable": [ratio.distinguishable for ratio in ratios],
+    }
+    return pd.DataFrame(columns, index=pd.Index([timing.name for timing in timings], name="way"))
+
+
+def readable(table: pd.DataFrame) -> pd.DataFrame:
+    """Write the numbers of a table to three digits, for a page.
+
+    Parameters
+    ----------
+    table
+        What :func:`table` returns, or several of them with further levels of the index.
+    """
+    ratios = zip(table["ratio"], table["distinguishable"], strict=True)
+    quartiles = zip(table["lower"], table["upper"], strict=True)
+    return pd.DataFrame(
+        {
+            "configurations": [f"{number:,}" for number in table["configurations"]],
+            "median [ns]": [three_digits(median) for median in table["median"]],
+            "quartiles [ns]": [f"{three_digits(a)}–{three_digits(b)}" for a, b in quartiles],
+            # The reference beside itself is one, and not indistinguishable.
+            "ratio": ["1" if value == 1 else str(Ratio(value, apart)) for value, apart in ratios],
+        },
+        index=table.index,
+    )
+
+
+def to_csv(table: pd.DataFrame, conditions: Mapping[str, str]) -> str:
+    """Write a table as CSV, below its conditions in lines that begin with ``#``.
+
+    ``pandas.read_csv(..., comment="#")`` reads it; times are in nanoseconds to six digits.
+
+    Raises
+    ------
+    ValueError
+        If a name holds a ``#``.
+    """
+    rows = table.to_csv(float_format="%.6g", lineterminator="\n")
+    if "#" in rows:
+        raise ValueError("a name in the table holds a #, after which a reader sees a comment")
+    return "".join(f"# {key}: {value}\n" for key, value in conditions.items()) + rows
+
+
+def to_markdown(table: pd.DataFrame, conditions: Mapping[str, str], title: str) -> str:
+    """Write a table as Markdown below its title, its conditions at the end."""
+    texts = readable(table).reset_index()
+    lines = [list(texts.columns), ["---"] * len(texts.columns), *texts.to_numpy().tolist()]
+    rows = "\n".join(
+        "| " + " | ".join(str(text).replace("|", r"\|") for text in line) + " |" for line in lines
+    )
+    measured = ", ".join(f"{key} {value}" for key, value in conditions.items())
+    return f"{title}\n\n{rows}\n\nMeasured with: {measured}.\n"
+
+
+def write(stem: Path, table: pd.DataFrame, conditions: Mapping[str, str], title: str) -> None:
+    """Write a table into `stem`.csv and `stem`.md, each as a whole.
+
+    Raises
+    ------
+    ValueError
+        If a name holds a ``#``.
+    OSError
+        If a file cannot be written.
+    """
+    write_atomically(stem.with_name(f"{stem.name}.csv"), to_csv(table, conditions))
+    write_atomically(stem.with_name(f"{stem.name}.md"), to_markdown(table, conditions, title))

@@ -1,0 +1,208 @@
+"""Ledgers of the papers: what is refused, and whether the four are whole."""
+
+import tomllib
+
+import pytest
+
+from dexterity import store
+from dexterity_study.claims import ledger
+from dexterity_study.engine import readings
+
+FILES = {
+    "paper.toml": """
+key = "paper"
+letter = "A"
+title = "A title"
+authors = ["A. Nonymous"]
+journal = "A journal"
+year = 2016
+doi = ""
+""",
+    "claims.toml": """
+[[claims]]
+id = "share"
+where = "Table 1"
+kind = "value"
+says = "So much."
+chapter = "part.chapter"
+value = [0.5, 12]
+unit = "%"
+rounding = 0.05
+rule = "number"
+assumes = ["limit"]
+
+[[claims]]
+id = "order"
+where = "section 1"
+kind = "ordering"
+says = "First the first."
+chapter = "part.chapter"
+rule = "order"
+""",
+    "settings.toml": """
+[[settings]]
+id = "size"
+where = "section 2"
+says = "Size of the thing."
+chapter = "part.chapter"
+value = 1e-9
+unit = "1"
+rounding = 0
+note = "It is small."
+""",
+    "assumptions.toml": """
+[[assumptions]]
+id = "limit"
+where = "Table 1"
+missing = "The limit."
+chapter = "part.chapter"
+chosen = "Ten."
+why = "It is round."
+origin = "text"
+set = 2026-01-31
+relative = "before"
+""",
+}
+
+
+@pytest.fixture
+def write_paper(tmp_path, monkeypatch):
+    """Return a function that writes the ledger of the only paper, with one text exchanged for another."""
+    folder = tmp_path / "papers" / "paper"
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(store, "data_path", lambda *parts: tmp_path.joinpath(*parts))
+    caches = (ledger.load_paper, ledger.load_papers, readings.assumptions)
+
+    def write(name="paper.toml", old="", new=""):
+        for cached in caches:
+            cached.cache_clear()
+        for file, text in FILES.items():
+            assert file != name or old in text
+            (folder / file).write_text(text.replace(old, new, 1) if file == name else text, encoding="utf-8")
+
+    yield write
+    for cached in caches:
+        cached.cache_clear()
+
+
+def test_a_ledger_is_what_its_files_say(write_paper):
+    write_paper()
+    paper = ledger.load_paper("paper")
+    assert (paper.letter, paper.authors, paper.year) == ("A", ("A. Nonymous",), 2016)
+    assert paper.claim("share").assumes == ("limit",)
+    assert paper.claim("order").assumes is None
+    assert paper.setting("size").note == "It is small."
+    assert [assumption.id for assumption in paper.assumptions] == ["limit"]
+    assert (paper.printed("share"), paper.printed("size")) == ((0.5, 12.0), 1e-9)
+
+
+def test_numbers_are_written_as_they_are_printed(write_paper):
+    write_paper()
+    paper = ledger.load_paper("paper")
+    assert paper.claim("share").printed == "0.5, 12.0 %"
+    assert paper.setting("size").printed == "1 × 10⁻⁹"
+    assert paper.claim("order").printed == ""
+
+
+def test_a_paper_is_read_once(write_paper):
+    write_paper()
+    assert ledger.load_papers()[0] is ledger.load_paper("paper")
+
+
+@pytest.mark.parametrize("method", ["claim", "setting", "printed"])
+def test_an_unknown_id_is_answered_with_the_nearest(write_paper, method):
+    write_paper()
+    with pytest.raises(ValueError, match=r"paper has no .*'saze'; the nearest are (size|share)"):
+        getattr(ledger.load_paper("paper"), method)("saze")
+
+
+def test_what_prints_no_value_has_none(write_paper):
+    write_paper()
+    with pytest.raises(ValueError, match="'order' of paper paper has no printed value"):
+        ledger.load_paper("paper").printed("order")
+
+
+def test_an_unknown_paper_is_answered_with_those_there_are(write_paper):
+    write_paper()
+    with pytest.raises(ValueError, match="there is no paper 'papier'; the nearest are paper"):
+        ledger.load_paper("papier")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "complaint"),
+    [
+        ("paper.toml", 'key = "paper"', 'key = "other"', "has the key 'other'"),
+        ("paper.toml", "year = 2016", 'year = "2016"', "is not of type int"),
+        ("paper.toml", "year = 2016", "", "year"),
+        ("paper.toml", "year = 2016", "year = 2016\nclaims = []", "claims"),
+        ("claims.toml", 'where = "Table 1"', "", "entry 'share': .*where"),
+        ("claims.toml", 'where = "Table 1"', 'where = ""', "entry 'share': .*where must not be empty"),
+        ("claims.toml", 'kind = "value"', 'kind = "number"', "entry 'share': .*number"),
+        ("claims.toml", 'kind = "value"', 'kind = "statement"', "entry 'share': .*and has the value"),
+        ("claims.toml", "value = [0.5, 12]", 'value = "0.5"', "entry 'share': .*is none of"),
+        ("claims.toml", "value = [0.5, 12]", "value = true", "entry 'share': .*is none of"),
+        ("claims.toml", "rounding = 0.05", "rounding = 0.03", "entry 'share': .*half a power of ten"),
+        ("claims.toml", 'rule = "number"', 'rule = "guess"', "entry 'share': .*guess"),
+        ("claims.toml", 'rule = "order"', 'rule = "bound"', "entry 'order': .*needs a printed value"),
+        ("claims.toml", 'rule = "number"', 'rule = "number"\nopen = true', "entry 'share': .*open"),
+        ("claims.toml", 'id = "order"', 'id = "share"', "share occurs more than once"),
+        ("claims.toml", 'id = "order"', 'id = "size"', "size occurs more than once"),
+        ("claims.toml", '["limit"]', '["limt"]', "claim 'share' rests on .*'limt'; the nearest are limit"),
+        ("settings.toml", 'note = "It is small."', "note = 3", "entry 'size': .*is not of type str"),
+        ("settings.toml", "[[settings]]", "[[claims]]", "has the keys claims"),
+    ],
+)
+def test_a_malformed_ledger_is_refused_by_file_and_entry(write_paper, file, old, new, complaint):
+    write_paper(file, old, new)
+    with pytest.raises(ValueError, match=f"(?s)^paper/{file}: .*{complaint}"):
+        ledger.load_paper("paper")
+
+
+PAPERS = ("sotiropoulos2016", "sotiropoulos2011", "liao2018", "rouvinen1999")
+
+
+def old_entries(key, table):
+    """Return the entries of the ledger's former single file, by id."""
+    text = store.data_path("papers", f"{key}.toml").read_text(encoding="utf-8")
+    return {entry["id"]: entry for entry in tomllib.loads(text)[table]}
+
+
+def test_the_papers_come_in_the_order_of_their_letters():
+    assert tuple(paper.key for paper in ledger.load_papers()) == PAPERS
+    assert [paper.letter for paper in ledger.load_papers()] == list("ABCD")
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_claims_and_settings_are_all_that_the_former_ledger_had(key):
+    paper = ledger.load_paper(key)
+    entries = {entry.id: entry for entry in (*paper.claims, *paper.settings)}
+    old = old_entries(key, "claims")
+    assert entries.keys() == old.keys()
+    for name, entry in entries.items():
+        value = old[name].get("value")
+        printed = tuple(value) if isinstance(value, list) else value
+        expected = (old[name]["where"], old[name]["study"], printed, old[name].get("unit", ""))
+        assert (entry.where, entry.chapter, entry.value, entry.unit) == expected
+        assert entry.rounding == old[name].get("rounding", 0)
+        assert old[name]["says"].lower().endswith(entry.says.lower())
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_no_assumption_of_the_former_ledger_is_lost(key):
+    assumptions = {entry.id: entry for entry in ledger.load_paper(key).assumptions}
+    for name, entry in old_entries(key, "assumptions").items():
+        assert assumptions[name].chosen == entry["chosen"]
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_what_the_authors_chose_is_no_claim(key):
+    assert not any(claim.says.startswith("Setting") for claim in ledger.load_paper(key).claims)
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_every_chapter_that_is_named_exists(key):
+    paper = ledger.load_paper(key)
+    named = {entry.chapter for entry in (*paper.claims, *paper.settings, *paper.assumptions)}
+    assert all(
+        store.PACKAGE.joinpath("studies", *name.split(".")).with_suffix(".py").exists() for name in named
+    )
