@@ -555,7 +555,7 @@ def test_another_fault_is_not_taken_for_a_missing_compiler(monkeypatch):
         raise RuntimeError("out of order")
 
     monkeypatch.setattr(torch, "compile", out_of_order)
-    with pytest.raises(RuntimeError, match="^out of order$"):
+    with pytest.raises(RuntimeError, match=r"^out of order$"):
         symbolic.compile_index(PUMA, Index(W), "inductor")
 
 

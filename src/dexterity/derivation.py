@@ -1,15 +1,15 @@
 """Jacobians and dexterity indices of a chain, derived in sines and cosines of its joints.
 
-The lengths of the chain are numbers or symbols. A rotation of the axes changes neither index, and w does not
-depend on the reference point either. The Jacobian is therefore written in the axes of the link, and for w about
-the point, that give the fewest operations. Neighbouring parallel axes become one rotation by the sum of their
-angles. Joints on which the Jacobian does not depend appear in no step. Joints that cancel only by an identity of
-sines and cosines are not recognised.
+The lengths of the chain are numbers or symbols. A rotation of the axes changes neither index, and w does
+not depend on the reference point either. The Jacobian is therefore written in the axes of the link, and for
+w about the point, that give the fewest operations. Neighbouring parallel axes become one rotation by the sum
+of their angles. Joints on which the Jacobian does not depend appear in no step. Joints that cancel only by
+an identity of sines and cosines are not recognised.
 
 Examples
 --------
-A planar arm with links of 0.5 m and 0.25 m. Its Jacobian about the tool is shortest in the axes of link 1, which
-turn with q1, so that q1 is not needed:
+A planar arm with links of 0.5 m and 0.25 m. Its Jacobian about the tool is shortest in the axes of link 1,
+which turn with q1, so that q1 is not needed:
 
 >>> from dexterity.chain import Chain
 >>> from dexterity.indices import Index
@@ -18,8 +18,8 @@ turn with q1, so that q1 is not needed:
 >>> derivation.link, derivation.reference, derivation.matters
 (1, 3, (2,))
 
-The recorded program names each expression once. From joint 2 to the tool it is (x4, x5), from joint 1 (x6, x5);
-x2 and x3 were names of expressions that no output needs:
+The recorded program names each expression once. The vector from joint 2 to the tool is (x4, x5), from
+joint 1 it is (x6, x5). x2 and x3 named expressions that no output needs:
 
 >>> for name, expression in derivation.jacobian.steps:
 ...     print(name, "=", expression.evalf(3))
@@ -143,8 +143,8 @@ class SymbolicChain:
         for kind, screw in zip(chain.kinds, screws, strict=True):
             v, omega = screw[:3], screw[3:]
             if kind == "revolute":
-                # Points are chosen close together, so that the vectors between them have many zeros: first the
-                # point nearest to the world's origin, ω × v, then along the axis as near as can be to `before`.
+                # Of each axis the point nearest to the point before, for many zeros in the vectors between
+                # them: ω × v is nearest to the world's origin, the rest lies along the axis.
                 nearest = np.cross(omega, v)
                 before = _tidy(nearest + omega * (omega @ (before - nearest)))
             axes.append(tuple(v if kind == "prismatic" else omega))
@@ -376,7 +376,7 @@ def derive(chain: Chain | SymbolicChain, index: Index) -> Derivation:
 
     everywhere = range(chain.joints + 1)
     if index.name == "manipulability":  # the same about every point and in all axes
-        # Two searches in place of one over all pairs: first the link, with its own two points, then the point.
+        # Two short searches in place of all pairs: the link, with its own two points, then the point.
         beside = [(k, p) for k in everywhere for p in (k, k + 1) if 1 <= p <= chain.joints]
         link, _ = _shortest(chain, joint_rates, beside)
         link, reference = _shortest(chain, joint_rates, [(link, p) for p in range(1, chain.joints + 1)])
@@ -423,7 +423,7 @@ def _jacobian_columns(
     for i, kind in enumerate(chain.kinds):
         if kind == "revolute" and rates[i]:
             axis = geometry.axes[i]
-            # ω × (from the axis to the reference point), both signs changed.
+            # v = ω × (reference − point) = (point − reference) × ω
             linear = _cross(geometry.between(reference, i + 1), axis)
             turning.append(record.all(_number(rates[i]) * record(x) for x in (*linear, *axis)))
     for group in _neighbouring_translations(chain.kinds):
@@ -482,8 +482,7 @@ class _GeometryInLink:
     def _nearest_link(chain: SymbolicChain, link: int, i: int, vector: Sequence[Expr]) -> int:
         """Link nearest to `link` in which a vector of link i is constant too.
 
-        A vector along the axis of a joint is the same in both links of that joint, so that the rotation by the
-        joint is left out.
+        A vector along the axis of a joint is the same in both links of that joint: no rotation is needed.
         """
         while i > link and _parallel(chain.axes[i - 1], vector):
             i -= 1

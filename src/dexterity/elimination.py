@@ -6,15 +6,15 @@ are lists of rows.
 
 Examples
 --------
-A planar arm of two joints, in the axes of its first link: l is the length of that link, (x, y) the vector from
-the second joint to the tool. The determinant of its Jacobian takes one step per minor:
+A planar arm of two joints, in the axes of its first link: l is the length of that link, (x, y) the vector
+from the second joint to the tool. The determinant of its Jacobian takes one step per minor:
 
 >>> l, x, y = sympy.symbols("l x y", real=True)
 >>> J = [[-y, -y], [l + x, x]]
 >>> record = Recorder("t")
 >>> program = record.program((l, x, y), [determinant(record, J)])
 >>> program.steps, program.outputs
-(((t0, -x*y + y*(l + x)),), (t0,))
+(((t0, x*y + y*(-l - x)),), (-t0,))
 
 It is l·y, and w = l·|y|. A Householder reflection from the right gives the same w without a square:
 
@@ -29,8 +29,8 @@ t2 = sqrt(t1)
 t3 = y - copysign(t2, -y)
 t4 = t0 + t3**2
 
-Here t2 is the length of the first row, (−t3, −y) the normal of the reflection and t4 its square. The remaining
-steps reflect the second row. The product of the diagonal of L is w up to its sign:
+Here t2 is the length of the first row, (−t3, −y) the normal of the reflection and t4 its square. The
+remaining steps reflect the second row. The product of the diagonal of L is w up to its sign:
 
 >>> w = L[0][0] * L[1][1]
 >>> for name, expression in reversed(program.steps):
