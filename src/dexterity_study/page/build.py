@@ -12,6 +12,7 @@ import json
 import shutil
 import sys
 import time
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
@@ -36,6 +37,9 @@ from dexterity_study.page.notebooks import (
     remove_strays,
     write_executed,
 )
+
+# sphinx_external_toc looks at every object in memory, torch's deprecated ones among them.
+warnings.filterwarnings("ignore", message=r"`torch\..*` is deprecated", category=FutureWarning)
 
 HUNG_AFTER = 600.0
 """Time without output and computation after which a kernel counts as hung [s]."""
@@ -261,7 +265,6 @@ def write_html(layout: Layout, pages: Sequence[Page], only: Sequence[str]) -> in
         warningiserror=True,
         keep_going=True,
         quiet=True,
-        jobs=2,
     )
     if outcome:
         say("The book was not built, because of the warnings above.")

@@ -115,22 +115,68 @@ def _read_pages(layout: Layout, names: Iterable[str], syntax: MdParserConfig) ->
 
 
 def _key(name: str, notebook: NotebookNode) -> str:
+    # A chapter depends on what it imports and on its own results; any other page may list what there is in the study.
+    is_chapter = any(file.startswith(_results(name)) for file in _data_files())
+    modules = imported_modules(notebook) if is_chapter else set(PACKAGES)
     parts = {
         "cells": [[cell.source, cell.metadata] for cell in notebook.cells if cell.cell_type == "code"],
-        "sources": _sources(),
-        "data": _data(name),
+        "sources": {file: digest for module in modules for file, digest in fingerprint(module).items()},
+        "data": {
+            file: digest
+            for file, digest in _data_files().items()
+            if not is_chapter or not file.startswith("results/") or file.startswith(_results(name))
+        },
         "python": sys.version_info[:2],
     }
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
+def _results(name: str) -> str:
+    return f"results/{name}/"
+
+
+def imported_modules(notebook: NotebookNode) -> set[str]:
+    """Return the modules of the library and the study that the cells of a notebook import.
+
+    Cells that are not plain Python may import anything, so they count as importing both packages.
+    """
+    code = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
+    try:
+        tree = ast.parse(code)
+    except SyntaxError:
+        return set(PACKAGES)
+    return {
+        _module(name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in _imported_names(node)
+        if name.partition(".")[0] in PACKAGES
+    }
+
+
+def _imported_names(node: ast.Import | ast.ImportFrom) -> list[str]:
+    names = [alias.name for alias in node.names]
+    return names if isinstance(node, ast.Import) else [f"{node.module}.{name}" for name in names]
+
+
+def _module(name: str) -> str:
+    """Return a dotted name if it is a module, else the module that it is an attribute of."""
+    package, *parts = name.split(".")
+    path = Path(PACKAGES[package].__path__[0], *parts)
+    is_module = path.is_dir() or path.with_suffix(".py").is_file()
+    return name if is_module or not parts else _module(name.rpartition(".")[0])
+
+
 @cache
-def _sources() -> dict[str, str]:
-    """Digest every module of the library and the study without its comments and docstrings."""
+def fingerprint(module: str) -> dict[str, str]:
+    """Digest the sources of a module and of all that it imports, without comments and docstrings.
+
+    Every module counts as imported.
+    """
     return {
         f"{package}/{file.relative_to(folder).as_posix()}": hashlib.sha256(_code(file)).hexdigest()
-        for package, module in PACKAGES.items()
-        for folder in map(Path, module.__path__)
+        for package, root in PACKAGES.items()
+        for folder in map(Path, root.__path__)
         for file in sorted(folder.rglob("*"))
         if file.is_file() and "__pycache__" not in file.parts
     }
@@ -148,20 +194,9 @@ def _code(file: Path) -> bytes:
     return ast.dump(tree).encode()
 
 
-def _data(name: str) -> dict[str, str]:
-    """Digest the data that a page may show: of the stored results those of its chapter, or all if it is no chapter."""
-    own = f"results/{name}/"
-    digests = _data_files()
-    is_chapter = any(file.startswith(own) for file in digests)
-    return {
-        file: digest
-        for file, digest in digests.items()
-        if not is_chapter or not file.startswith("results/") or file.startswith(own)
-    }
-
-
 @cache
 def _data_files() -> dict[str, str]:
+    """Digest the data and the lock."""
     folder = store.data_path()
     files = {file.relative_to(folder).as_posix(): file for file in folder.rglob("*") if file.is_file()}
     root = store.repository()

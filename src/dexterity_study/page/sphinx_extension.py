@@ -5,9 +5,10 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import joblib
 from sphinx.application import Sphinx
 
-from dexterity.report import scenes
+from dexterity import scenes
 
 ARCHIVE = "notebooks.zip"
 """All executed notebooks, beside the start page."""
@@ -18,6 +19,7 @@ _LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever the archive is made
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the extension."""
     app.connect("source-read", _depend_on_outputs)
+    app.connect("env-updated", _write_in_parallel)
     app.connect("html-page-context", _offer_notebooks, priority=502)  # after the theme's own buttons
     app.connect("build-finished", _copy_files)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
@@ -31,6 +33,11 @@ def _depend_on_outputs(app: Sphinx, page: str, source: list[str]) -> None:
     """Have a page read again when it has been executed again."""
     if "{code-cell}" in source[0]:
         app.env.note_dependency(str(_notebooks(app) / f"{page}.ipynb"))
+
+
+def _write_in_parallel(app: Sphinx, env: Any) -> None:
+    """Use all cores from here on; not earlier, since some extensions cannot read in parallel."""
+    app.parallel = joblib.cpu_count()
 
 
 def _offer_notebooks(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
