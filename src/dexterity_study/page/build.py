@@ -71,12 +71,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m dexterity_study.page.build", description="Build the book.")
+    parser = argparse.ArgumentParser(
+        prog="python -m dexterity_study.page.build", description="Build the book."
+    )
     parser.add_argument("pages", nargs="*", metavar="PAGE", help="such as uvms/kinematics; default: all")
     parser.add_argument("--book", type=Path, default=Path("book"), help="folder of the pages")
     parser.add_argument("--config", type=Path, default=Path("_config.yml"), help="settings of the book")
     parser.add_argument("--output", type=Path, default=Path("_build"), help="folder of what is built")
-    parser.add_argument("--execute-only", action="store_true", help="execute the pages and stop before Sphinx")
+    parser.add_argument(
+        "--execute-only", action="store_true", help="execute the pages and stop before Sphinx"
+    )
     parser.add_argument(
         "--hung-after",
         type=float,
@@ -127,7 +131,9 @@ class Executions:
         before = self._durations()
         # Longest first; what was never measured may be long.
         order = sorted(stale, key=lambda page: -before.get(page.name, float("inf")))
-        workers = max(1, min(len(order), joblib.cpu_count(), int(psutil.virtual_memory().available / _MEMORY)))
+        workers = max(
+            1, min(len(order), joblib.cpu_count(), int(psutil.virtual_memory().available / _MEMORY))
+        )
         say(f"Executing {len(order)} of the book's pages, {workers} at a time")
         progress = Progress(before, [page.name for page in order], workers)
         failed = 0

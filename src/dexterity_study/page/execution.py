@@ -56,7 +56,9 @@ class Execution(NotebookClient):  # type: ignore[misc]
             record_timing=False,
             coalesce_streams=True,
             on_cell_start=self._note_cell,
-            config=Config({"KernelManager": {"transport": "ipc"}}),  # TCP ports of kernels started at once may clash
+            config=Config(
+                {"KernelManager": {"transport": "ipc"}}
+            ),  # TCP ports of kernels started at once may clash
         )
         self.hung_after = hung_after
         self.cell = 0
