@@ -8,6 +8,7 @@ import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import date
 from typing import Literal, TypeVar
 
 from dexterity import store
@@ -82,6 +83,25 @@ def _last_place(rounding: float) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Near:
+    """Own distance up to which a number is in shape, where the rule book's factor has no meaning.
+
+    Attributes
+    ----------
+    within
+        Largest distance of our median from the printed number, in its unit.
+    why
+        Reason, half a sentence.
+    set
+        Day on which it was written down.
+    """
+
+    within: float
+    why: str
+    set: date
+
+
+@dataclass(frozen=True, kw_only=True)
 class Claim(_Entry):
     """Something that a paper asserts, and that gets a verdict.
 
@@ -93,11 +113,17 @@ class Claim(_Entry):
         Rule by which it is judged.
     assumes
         Assumptions that it rests on; None for all of its chapter.
+    side
+        Side of the printed value on which a bound holds.
+    near
+        Own distance up to which a number is in shape; None for the rule book's factor.
     """
 
     kind: Literal["value", "ordering", "formula", "statement"]
     rule: Rule
     assumes: tuple[str, ...] | None = None
+    side: Literal["below", "above"] = "below"
+    near: Near | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -152,3 +152,24 @@ def test_two_assumptions_of_one_id_are_refused(write_paper):
     write_paper(ENTRY + ENTRY)
     with pytest.raises(ValueError, match=r"paper/assumptions.toml: limit occurs more than once"):
         readings.assumptions("paper")
+
+
+PAPERS = sorted(file.parent.name for file in store.data_path("papers").glob("*/assumptions.toml"))
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_the_assumptions_of_a_paper_have_values_that_readings_find(key):
+    entries = [entry for entry in readings.assumptions(key) if entry.value is not None]
+    assert entries
+    assert dict(Reading.chosen(key)) == {entry.id: entry.value for entry in entries}
+    for entry in entries:
+        for other in entry.alternatives:
+            reading = Reading.of(key, f"{entry.id}={other.name}")
+            changed = {name for name, value in Reading.chosen(key).items() if reading[name] != value}
+            assert changed == {entry.id}
+            assert reading[entry.id] == other.value
+
+
+@pytest.mark.parametrize("key", PAPERS)
+def test_an_assumption_has_few_alternatives(key):
+    assert all(len(entry.alternatives) <= 6 for entry in readings.assumptions(key))

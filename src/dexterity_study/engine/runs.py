@@ -1,0 +1,73 @@
+"""Runs of experiments: one stored with its card, and one repeated to see whether it still comes out."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+from collections.abc import Iterator
+
+import torch
+
+from dexterity import store
+from dexterity_study.engine import card, evidence
+from dexterity_study.engine.experiment import Experiment
+from dexterity_study.engine.table import summaries, to_csv, to_npz
+
+
+def run(chapter: str, name: str, reading: str, seed: int) -> None:
+    """Run an experiment on one thread and store its rows, its arrays and its card."""
+    experiment = evidence.experiments(chapter)[name]
+    torch.set_num_threads(1)
+    started = time.perf_counter()
+    table = experiment(seed, reading)
+    seconds = time.perf_counter() - started
+    place = evidence.files(experiment, reading, seed)
+    store.write_atomically(place.rows, to_csv(table))
+    if experiment.arrays:
+        store.write_atomically(place.arrays, to_npz(table.arrays[reading, seed]))
+    card.write(place.card, {"made": card.made(experiment.module, seconds)})
+
+
+def run_probe(chapter: str, name: str) -> None:
+    """Run an experiment at smoke effort and store its rows, with summaries of its arrays."""
+    experiment = evidence.experiments(chapter)[name]
+    store.write_atomically(evidence.probe_file(experiment), smoke_rows(experiment))
+
+
+def smoke_rows(experiment: Experiment) -> str:
+    """Run an experiment at smoke effort on one thread and return its rows, with summaries of its arrays."""
+    torch.set_num_threads(1)
+    return to_csv(summaries(experiment.probe()))
+
+
+def missed(experiment: Experiment) -> Iterator[str]:
+    """Repeat the probe of an experiment and yield a line for each number that does not come out as stored."""
+    file = evidence.probe_file(experiment)
+    if not file.is_file():
+        yield f"{experiment.chapter}.{experiment.name}: there is no stored probe"
+        return
+    stored, now = _numbers(file.read_text(encoding="utf-8")), _numbers(smoke_rows(experiment))
+    for place in dict.fromkeys([*stored, *now]):
+        one, other = stored.get(place), now.get(place)
+        if not _agree(one, other, experiment, metric=place[-1]):
+            yield f"{experiment.chapter}.{experiment.name} {'/'.join(place)}: stored {one}, now {other}"
+
+
+def _numbers(rows: str) -> dict[tuple[str, ...], str]:
+    """Return the values of CSV rows by keys and metric."""
+    lines = csv.reader(io.StringIO(rows))
+    next(lines)
+    return {tuple(names): value for *names, value in lines}
+
+
+def _agree(stored: object, now: object, experiment: Experiment, metric: str) -> bool:
+    if stored is None or now is None:
+        return False
+    if metric in experiment.unsteady:
+        return True
+    try:
+        one, other = float(str(stored)), float(str(now))
+    except ValueError:
+        return stored == now
+    return one == other or abs(other - one) <= experiment.atol + experiment.rtol * abs(one)

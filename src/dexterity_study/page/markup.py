@@ -1,0 +1,94 @@
+"""HTML that a chapter shows: escaped, accessible, coloured by the book's style sheet and not here."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+
+
+@dataclass(frozen=True)
+class Markup:
+    """A piece of HTML that a notebook shows when it is the last value of a cell."""
+
+    html: str = field(repr=False)
+
+    def _repr_html_(self) -> str:
+        return self.html
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a table: plain text, a note below it, and a class of the text for the style sheet."""
+
+    text: str
+    note: str = ""
+    css_class: str = ""
+
+
+def element(tag: str, content: str, **attributes: str) -> str:
+    """Enclose HTML in an element; `css_class` is written `class`, an empty attribute is left out."""
+    names = {"css_class": "class"}
+    written = (f' {names.get(name, name)}="{escape(text)}"' for name, text in attributes.items() if text)
+    return f"<{tag}{''.join(written)}>{content}</{tag}>"
+
+
+def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> str:
+    """Set a table whose first column heads the rows, in a frame that scrolls sideways on a narrow page.
+
+    Parameters
+    ----------
+    caption
+        What the table shows, as plain text.
+    columns
+        Headings of the columns, as plain text.
+    rows
+        Cells of each row, one for each column, under the row's anchor.
+
+    Raises
+    ------
+    ValueError
+        If a row has not one cell for each column.
+    """
+    for anchor, cells in rows.items():
+        if len(cells) != len(columns):
+            raise ValueError(f"row {anchor} has {len(cells)} cells, the table has {len(columns)} columns")
+    head = "".join(element("th", escape(column), scope="col") for column in columns)
+    body = "\n".join(element("tr", _row(columns, cells), id=anchor) for anchor, cells in rows.items())
+    parts = (
+        element("caption", escape(caption)),
+        element("thead", element("tr", head)),
+        element("tbody", f"\n{body}\n"),
+    )
+    # Focusable, so that the keyboard can scroll it too.
+    return element(
+        "div",
+        element("table", "\n".join(parts), css_class="table ledger"),
+        css_class="table-scroll",
+        role="region",
+        tabindex="0",
+        **{"aria-label": caption},
+    )
+
+
+def _row(columns: Sequence[str], cells: Sequence[Cell]) -> str:
+    heading, *rest = cells
+    row = [element("th", _content(heading), scope="row")]
+    # The style sheet shows the label where a narrow page sets the cells of a row below one another.
+    row += [
+        element("td", _content(cell), **{"data-label": column})
+        for column, cell in zip(columns[1:], rest, strict=True)
+    ]
+    return "".join(row)
+
+
+def _content(cell: Cell) -> str:
+    text = escape(cell.text)
+    if cell.css_class:
+        text = element("span", text, css_class=cell.css_class)
+    return text + (element("small", escape(cell.note)) if cell.note else "")
+
+
+def definitions(title: str, items: Mapping[str, str], css_class: str) -> str:
+    """Set terms with their descriptions, all plain text, as a list under a title that screen readers say."""
+    entries = (element("dt", escape(term)) + element("dd", escape(text)) for term, text in items.items())
+    listing = element("dl", "\n".join(entries))
+    return element("section", listing, css_class=css_class, **{"aria-label": title})

@@ -1,0 +1,1 @@
+"""Paper A: dexterity of an underwater vehicle-manipulator system."""

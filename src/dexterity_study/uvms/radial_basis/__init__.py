@@ -1,0 +1,1 @@
+"""Radial-basis networks for w and KCI and their design loop, sections 3.2, 3.4, 4.3 and 4.4 of paper A."""
