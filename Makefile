@@ -92,7 +92,7 @@ full: $(READY)  ## run studies at full scale and store their results (STUDY=uvms
 	@$(IN)/python -m dexterity.studies full $(STUDY)
 
 networks: $(READY)  ## train, choose and judge the networks in data/networks (NETWORK=uvms-manipulability-feed-forward for one)
-	@$(IN)/python -m dexterity.studies.shipment $(NETWORK)
+	@$(IN)/python -m dexterity_study.shipment $(NETWORK)
 
 # torch's metadata names CUDA packages for Linux. They are no part of the lock: with a CPU build of torch they are not
 # needed, and with the registry's build pip adds the ones that it names.

@@ -2,6 +2,7 @@
 
 from dexterity.networks import (
     baselines,
+    card,
     design,
     domain,
     export,
@@ -24,6 +25,7 @@ from dexterity.networks.files import NetworkFileError, load, load_shipped, save,
 __all__ = [
     "NetworkFileError",
     "baselines",
+    "card",
     "design",
     "domain",
     "export",
