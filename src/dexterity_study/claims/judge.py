@@ -135,7 +135,7 @@ class Judge:
             claim=claim,
             outcome=_outcome(chosen, run, admissible),
             ours=ours or _written(entry, values, form, unit),
-            spread=_over(_by_reading(entry, values)["chosen"]),
+            spread="" if entry.rule == "cases" else _over(_by_reading(entry, values)["chosen"]),
             sentence=note,
             readings=_share(run, admissible),
             flips=tuple(name for name, grade in run.items() if grade.holds != chosen.holds),
@@ -226,7 +226,7 @@ def _shared(claim: Claim, values: np.ndarray) -> Grade:
     return share_grade(float(values.mean()))
 
 
-def _trend(claim: Claim, values: np.ndarray) -> Grade:
+def _trend(_: Claim, values: np.ndarray) -> Grade:
     tau = float(np.median(values))
     if tau >= STRONG:
         return Grade.REPRODUCED
@@ -235,14 +235,16 @@ def _trend(claim: Claim, values: np.ndarray) -> Grade:
     return Grade.REFUTED if tau <= 0 else Grade.MISSED
 
 
-def _formula(claim: Claim, values: np.ndarray) -> Grade:
+def _formula(_: Claim, values: np.ndarray) -> Grade:
     return Grade.REPRODUCED if float(np.max(np.abs(values))) <= ROUNDING else Grade.REFUTED
 
 
 def _cases(claim: Claim, values: np.ndarray) -> Grade:
-    if values.dtype != bool:
+    if values.dtype != bool and values.size:
         raise ValueError(f"claim {claim.id} is judged by cases, which needs truth values")
-    return Grade.REPRODUCED if values.all() else Grade.IN_SHAPE if values.any() else Grade.REFUTED
+    if values.all() and values.size:
+        return Grade.REPRODUCED
+    return Grade.IN_SHAPE if values.any() else Grade.REFUTED if values.size else Grade.MISSED
 
 
 _RULES: Mapping[str, Callable[[Claim, np.ndarray], Grade]] = {
@@ -310,6 +312,8 @@ def _share(run: Mapping[str, Grade], admissible: set[str]) -> str:
 
 def _written(claim: Claim, values: Any, form: str, unit: str) -> str:
     chosen = _by_reading(claim, values)["chosen"]
+    if claim.rule == "cases" and isinstance(values, Mapping):
+        return ", ".join(f"{case}: {'yes' if holds else 'no'}" for case, holds in values.items())
     if claim.rule in ("share", "order", "cases"):
         return f"{np.sum(chosen)} of {len(chosen)}" if len(chosen) > 1 else ""
     if claim.rule == "formula":

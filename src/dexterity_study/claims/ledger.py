@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import date
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from dexterity import store
 from dexterity_study.engine import readings, strict
@@ -182,7 +182,7 @@ class Paper(_Head):
         """Return the setting of that id; ValueError, with the nearest ids, if there is none."""
         return _named(name, self.settings, f"paper {self.key} has no setting")
 
-    def printed(self, name: str) -> Printed:
+    def printed(self, name: str) -> Any:
         """Return the printed value of the claim or setting of that id; ValueError if it has none."""
         entry = _named(name, (*self.claims, *self.settings), f"paper {self.key} has no claim or setting")
         if entry.value is None:

@@ -21,6 +21,20 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True)
+class Acceptance:
+    """A figure that must not exceed its limit for the book to be accepted."""
+
+    name: str
+    value: float
+    limit: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the value is within the limit; NaN never is."""
+        return self.value <= self.limit
+
+
+@dataclass(frozen=True)
 class Verdict:
     """Judgement of a claim.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from typing import Any
 
 from pytask_parallel import ParallelBackend, registry
 
@@ -17,10 +18,11 @@ def use(scheduler: str) -> None:
     """
 
     def executor(n_workers: int) -> Executor:
-        from distributed import Client, LocalCluster  # only needed here, and not quick to import
+        import distributed  # only needed here, and not quick to import
 
-        cluster = scheduler or LocalCluster(n_workers=n_workers, threads_per_worker=1)
-        return Client(cluster).get_executor()
+        dask: Any = distributed
+        cluster = scheduler or dask.LocalCluster(n_workers=n_workers, threads_per_worker=1)
+        return dask.Client(cluster).get_executor()
 
     registry.register_parallel_backend(
         ParallelBackend.CUSTOM, executor, worker_type="processes", remote=False

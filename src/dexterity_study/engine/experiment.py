@@ -134,8 +134,9 @@ def experiment(**declared: Any) -> Callable[[Function], Experiment]:
     """Declare the decorated function as an experiment; see :class:`Experiment` for the arguments."""
 
     def declare(function: Function) -> Experiment:
-        seeds = {name: _seeds(declared[name]) for name in ("seeds", "reading_seeds") if name in declared}
-        return Experiment(function, **{**declared, **seeds})
+        for name in {"seeds", "reading_seeds"} & declared.keys():
+            declared[name] = _seeds(declared[name])
+        return Experiment(function, **declared)
 
     return declare
 

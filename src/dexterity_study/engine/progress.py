@@ -64,8 +64,7 @@ class Progress:
 
 def _product(task: EvidenceTask) -> Path:
     """Return the product that is written last."""
-    products = task.produces["products"]
-    return max((Path(str(node.path)) for node in products.values()), key=lambda path: path.suffix == ".toml")
+    return max(task.files, key=lambda path: path.suffix == ".toml")
 
 
 def _seconds(file: Path) -> float:

@@ -50,7 +50,7 @@ def fingerprint(file: Path) -> str:
 
 
 @cache
-def _fingerprint(file: Path, changed: int, size: int) -> str:
+def _fingerprint(file: Path, changed: int, size: int) -> str:  # noqa: ARG001 -- a changed file is read again
     tree = ast.parse(file.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):

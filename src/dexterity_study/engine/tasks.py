@@ -42,6 +42,7 @@ class EvidenceTask(TaskWithoutPath):
     """A task that depends on what its nodes name, and not on the file that declares it."""
 
     is_timed: bool = False
+    files: tuple[Path, ...] = ()
 
     def state(self) -> str:
         """Return a constant: the nodes say all."""
@@ -92,6 +93,7 @@ def _task(
         depends_on={"made_from": made_from, "parameters": ParameterNode(task=name, value=text)},
         produces={"products": {path.name: PathNode(name=_name(path), path=path) for path in products}},
         is_timed=experiment.timed,
+        files=tuple(products),
     )
 
 

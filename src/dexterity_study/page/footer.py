@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from dexterity_study.engine import card, evidence
 from dexterity_study.engine.experiment import Experiment
 from dexterity_study.engine.state import changed_since
@@ -38,7 +40,7 @@ def _cells(experiment: Experiment) -> list[Cell]:
     ]
 
 
-def _state(experiment: Experiment, cards: list[dict]) -> Cell:
+def _state(experiment: Experiment, cards: list[dict[str, Any]]) -> Cell:
     if changed := changed_since(experiment):
         return Cell("out of date", f"since then: {', '.join(changed)}")
     accepted = [entry for one in cards for entry in one.get("accepted", ())]

@@ -202,7 +202,7 @@ def pruned_loop(seed: int, reading: Mapping[str, Any], **sizes: Any) -> Iterator
 )
 def pruned_growth(
     seed: int,
-    spreads: Mapping[str, Sequence[float]] = {"w": SPREADS["w"][::3], "KCI": SPREADS["KCI"][::3]},  # noqa: B006
+    spreads: Mapping[str, Sequence[float]] = {"w": SPREADS["w"][::3], "KCI": SPREADS["KCI"][::3]},
     neuron_limit: int = 300,
     **sizes: Any,
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -211,7 +211,9 @@ def pruned_growth(
     for index, level in (("w", PASS), ("KCI", NEAR)):
         own = problem(index, seed, **sizes)
         made = [_pruned(own, grow(own, s, _to(neuron_limit)).network, level) for s in spreads[index]]
-        rows += [{"index": index, "spread": s, **facts} for s, (facts, _) in zip(spreads[index], made, strict=True)]
+        rows += [
+            {"index": index, "spread": s, **facts} for s, (facts, _) in zip(spreads[index], made, strict=True)
+        ]
         at = np.unique(np.geomspace(1, min(len(errors) for _, errors in made), 40).round().astype(np.int64))
         arrays[f"{index}_sizes"] = at
         arrays[f"{index}_error"] = np.array([np.array(errors)[-at] for _, errors in made], dtype=np.float32)
@@ -227,7 +229,7 @@ def pruned_growth(
 )
 def feed_forward(
     seed: int,
-    sizes_of: Mapping[str, Sequence[int]] = {"w": range(1, 11), "KCI": (25,)},  # noqa: B006
+    sizes_of: Mapping[str, Sequence[int]] = {"w": range(1, 11), "KCI": (25,)},
     epochs: int = 100,
     **sizes: Any,
 ) -> Iterator[dict[str, Any]]:
