@@ -10,9 +10,14 @@ MAKEFLAGS   += --no-print-directory
 PYTHON ?= python3
 VENV   ?= .venv
 PORT   ?= 8000
-STUDY  ?=
 NETWORK ?=
 CH     ?=
+T      ?=
+PART   ?=
+REASON ?=
+SMOKE  ?=
+BACKEND ?=
+SCHEDULER ?=
 UPGRADE ?=
 
 # Relative folders are kept relative; every command of the environment is reached through it, nothing is activated.
@@ -31,7 +36,7 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export JUPYTER_PLATFORM_DIRS   := 1
 export IPYTHONDIR              := $(abspath $(VENV))/ipython
 
-.PHONY: help book chapter test lint check full networks bench serve lock clean distclean
+.PHONY: help book chapter test lint check evidence stale accept networks bench serve lock clean distclean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -71,12 +76,12 @@ serve:  ## serve the built book on 127.0.0.1 (PORT=8000)
 
 # ---- checks ----
 
-test: $(FULL_ENV)  ## run the tests
-	@$(IN)/python -m pytest tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile
+test: $(FULL_ENV)  ## run the tests (T=tests/test_chain.py for some)
+	@$(IN)/python -m pytest $(or $(T),tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile)
 
-check: book  ## check verdicts, stored results, and the built book in a real browser
-	@$(IN)/python -m dexterity.studies probe
-	@$(IN)/python -m dexterity.studies check
+check: $(FULL_ENV) book  ## check verdicts, stored results, and the built book in a real browser
+	@$(EVIDENCE) probe
+	@$(IN)/python -m dexterity_study.claims.check
 	@$(IN)/python -m pytest tests/book
 
 lint: $(FULL_ENV)  ## style, types, layers, lock
@@ -93,12 +98,19 @@ bench: $(FULL_ENV)  ## run the benchmarks, print their ratios, write them into _
 
 # ---- evidence ----
 
+EVIDENCE := $(IN)/python -m dexterity_study.engine.command
 
-full: $(FULL_ENV)  ## run studies at full scale and store their results (STUDY=uvms.kinematics for one)
-	@$(IN)/python -m dexterity.studies full $(STUDY)
+evidence: $(FULL_ENV)  ## run what is out of date and store it (PART=uvms.cost; SMOKE=1 to try it; BACKEND=dask SCHEDULER=tcp://...)
+	@$(EVIDENCE) $(if $(SMOKE),smoke $(PART),evidence $(PART) --backend $(or $(BACKEND),loky) --scheduler '$(SCHEDULER)')
+
+stale: $(FULL_ENV)  ## list what is out of date, and why, per file (PART=uvms.cost)
+	@$(EVIDENCE) stale $(PART)
+
+accept: $(FULL_ENV)  ## repeat probes, and accept runs although files have changed (PART=uvms.cost REASON="...")
+	@$(EVIDENCE) accept $(PART) --reason '$(REASON)'
 
 networks: $(FULL_ENV)  ## train, choose and judge the networks in data/networks (NETWORK=uvms-manipulability-feed-forward for one)
-	@$(IN)/python -m dexterity.studies.shipment $(NETWORK)
+	@$(IN)/python -m dexterity_study.shipment $(NETWORK)
 
 # ---- lock, cleaning ----
 
@@ -116,9 +128,9 @@ lock:  ## compile environment.lock from environment.in (UPGRADE=--upgrade renews
 	   grep -vE '^(#|nvidia|triton|cuda)' _build/resolved.txt; } > environment.lock.new
 	@mv environment.lock.new environment.lock
 
-clean:  ## remove what make book and the tools made, keep .venv and remembered results
+clean:  ## remove what make book and the tools made, keep .venv
 	@rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	@find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-distclean: clean  ## remove .venv and remembered results too
-	@rm -rf $(VENV) .results
+distclean: clean  ## remove .venv too
+	@rm -rf $(VENV)
