@@ -42,7 +42,7 @@ def test_start_page_links_the_archive() -> None:
 def test_downloaded_notebook_runs_as_it_is(browser: Browser, served_root: str, page: str) -> None:
     with visit(browser, served_root, page) as visited:
         visited.page.locator(".dropdown-download-buttons > button").click()
-        with visited.page.context.expect_page() as _, visited.page.expect_download() as download:
+        with visited.page.expect_download() as download:
             visited.page.locator(".btn-download-notebook-button").click()
         text = download.value.path().read_bytes()
     assert text == _notebook(page)
