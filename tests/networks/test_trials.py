@@ -124,7 +124,7 @@ def run_design(folder, begun):
     designed(TrialStore(folder), LONG)
 
 
-def test_a_design_that_is_killed_five_times_ends_as_one_that_is_not(tmp_path):
+def test_a_design_killed_five_times_ends_as_an_undisturbed_one(tmp_path):
     undisturbed = designed(TrialStore(tmp_path / "undisturbed"), LONG)
     # Processes begin from one that has imported everything already.
     context = multiprocessing.get_context("forkserver")
