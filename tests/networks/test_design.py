@@ -177,7 +177,7 @@ def test_many_are_as_one_by_one_in_every_backend(capsys):
 def test_many_on_a_local_cluster_of_dask():
     """Its workers are threads here, so that they need not import everything again."""
     alone = one_by_one()
-    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None)
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0")
     with cluster, Client(cluster), joblib.parallel_config(backend="dask"):
         on_the_cluster = design_all(RUNS, n_jobs=-1, progress=False)
     assert on_the_cluster == alone
