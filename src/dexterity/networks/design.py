@@ -377,7 +377,7 @@ def _trial(problem: DesignProblem, training: Training, restart: int, seed: int, 
 
 
 def _design(sizes: Sequence[_Size], options: FeedForwardOptions, otherwise: End) -> Design:
-    """Choose among sizes; an end that no network has passed has is given."""
+    """Return the smallest size that passes, else the size with the smallest test error."""
     passing = [size for size in sizes if size.best.testing_error <= options.testing_error]
     best = passing[0] if passing else min(sizes, key=lambda size: size.best.testing_error)
     end = End.PASSED if passing else otherwise
