@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import cache
 
 import joblib
 import pytest
@@ -19,8 +20,11 @@ from dexterity.networks.trials import TrialStore
 PROBLEM = small_problem()
 
 
-def designed(problem=PROBLEM, **change):
+def design_anew(problem=PROBLEM, **change):
     return design_feed_forward(problem, dataclasses.replace(SMALL, **change), progress=False)
+
+
+designed = cache(design_anew)
 
 
 def sizes(outcome):
@@ -65,7 +69,7 @@ def test_a_test_that_none_passes_is_told():
     )
 
 
-def test_a_sweep_goes_through_all_sizes_and_keeps_the_smallest_that_passes():
+def test_a_full_sweep_keeps_the_smallest_size_that_passes():
     first, all_sizes = designed(), designed(sweep="all")
     assert sizes(all_sizes) == list(range(1, SMALL.neuron_limit + 1))
     assert all_sizes.best == first.best
@@ -80,7 +84,7 @@ def test_sizes_may_be_left_out():
 
 
 def test_seeds_decide():
-    assert designed() == designed()
+    assert design_anew() == designed()
     assert designed(seed=1).trials != designed().trials
     seeds = [trial.seed for seed in range(3) for trial in designed(seed=seed).trials]
     assert len(set(seeds)) == len(seeds)
@@ -132,10 +136,10 @@ def test_an_interrupt_between_trainings(monkeypatch, finished):
 
     monkeypatch.setattr(design._Loop, "trained", interrupted)
     if finished:
-        assert sizes(designed(testing_error=0.0)) == [1, 2]
+        assert sizes(design_anew(testing_error=0.0)) == [1, 2]
     else:
         with pytest.raises(KeyboardInterrupt):
-            designed()
+            design_anew()
 
 
 # ---- many at a time --------------------------------------------------------------------------------
@@ -147,6 +151,11 @@ RUNS = [
 ]
 
 
+@cache
+def one_by_one():
+    return tuple(design_feed_forward(*run, progress=False) for run in RUNS)
+
+
 def bytes_of(designs):
     return [
         tensor.numpy().tobytes() for outcome in designs for tensor in outcome.network.state_dict().values()
@@ -154,7 +163,7 @@ def bytes_of(designs):
 
 
 def test_many_are_as_one_by_one_in_every_backend(capsys):
-    alone = tuple(design_feed_forward(*run, progress=False) for run in RUNS)
+    alone = one_by_one()
     assert design_all(RUNS, progress=False) == alone
     with joblib.parallel_config(backend="threading"):
         in_threads = design_all(RUNS, n_jobs=3, progress=False)
@@ -167,8 +176,8 @@ def test_many_are_as_one_by_one_in_every_backend(capsys):
 
 def test_many_on_a_local_cluster_of_dask():
     """Its workers are threads here, so that they need not import everything again."""
-    alone = design_all(RUNS, progress=False)
-    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None)
+    alone = one_by_one()
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0")
     with cluster, Client(cluster), joblib.parallel_config(backend="dask"):
         on_the_cluster = design_all(RUNS, n_jobs=-1, progress=False)
     assert on_the_cluster == alone
@@ -176,15 +185,13 @@ def test_many_on_a_local_cluster_of_dask():
 
 
 def test_many_in_processes():
-    runs = RUNS[1:]
-    in_processes = design_all(runs, n_jobs=2, progress=False)
-    assert in_processes == design_all(runs, progress=False)
+    assert design_all(RUNS[1:], n_jobs=2, progress=False) == one_by_one()[1:]
     joblib.externals.loky.get_reusable_executor().shutdown(wait=True)
 
 
 def test_threads_are_as_before():
     before = torch.get_num_threads()
-    designed(neuron_limit=1)
+    design_anew(neuron_limit=1)
     assert torch.get_num_threads() == before
 
 

@@ -2,6 +2,7 @@
 
 from dexterity.networks import (
     baselines,
+    card,
     design,
     domain,
     export,
@@ -14,6 +15,7 @@ from dexterity.networks import (
     pruning,
     radial_basis,
     recipes,
+    train,
     trials,
     validation,
     worst_case,
@@ -23,6 +25,7 @@ from dexterity.networks.files import NetworkFileError, load, load_shipped, save,
 __all__ = [
     "NetworkFileError",
     "baselines",
+    "card",
     "design",
     "domain",
     "export",
@@ -39,6 +42,7 @@ __all__ = [
     "recipes",
     "save",
     "shipped",
+    "train",
     "trials",
     "validation",
     "worst_case",
