@@ -27,8 +27,6 @@ HTML := _build/html
 # What the environment holds: what the book needs, or all of environment.lock.
 BOOK_ENV := $(VENV)/.book
 FULL_ENV := $(VENV)/.all
-# The chapters that still import dexterity.studies need all; when the last of them is ported: NEEDED_BY_BOOK := $(BOOK_ENV)
-NEEDED_BY_BOOK := $(FULL_ENV)
 
 # Chapters run with the environment's own kernel and without the user's IPython profile or packages.
 export PYTHONNOUSERSITE        := 1
@@ -63,10 +61,10 @@ $(FULL_ENV): $(BOOK_ENV)
 
 # ---- the book ----
 
-book: $(NEEDED_BY_BOOK)  ## build the book into _build/html
+book: $(BOOK_ENV)  ## build the book into _build/html
 	@$(IN)/python -m dexterity_study.page.build
 
-chapter: $(NEEDED_BY_BOOK)  ## build one page of the book (CH=uvms/kinematics)
+chapter: $(BOOK_ENV)  ## build one page of the book (CH=uvms/kinematics)
 	@[ -n "$(CH)" ] || { echo "Which page? For example: make chapter CH=uvms/kinematics"; exit 1; }
 	@$(IN)/python -m dexterity_study.page.build $(CH)
 

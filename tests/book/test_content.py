@@ -16,8 +16,7 @@ from playwright.sync_api import Browser
 from visit import visit
 
 import dexterity
-from dexterity import studies
-from dexterity.report import claims, provenance
+from dexterity_study.claims import ledger, scorecard
 
 MEGABYTE = 1_000_000
 API_PAGES = [page for page in PAGES if page.startswith("reference/api")]
@@ -89,29 +88,13 @@ def test_chapter_ends_with_its_provenance(browser: Browser, served_root: str, pa
     assert last["inProvenance"], f"{page} does not end with its provenance but with: {last['text'][:200]}"
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if "provenance.footer(" in source_text(page)])
-def test_page_was_made_from_the_present_source(page: str) -> None:
-    html = html_file(page).read_text(encoding="utf-8")
-    facts = re.findall(r"<dt>(Study|Source key)</dt>\s*<dd>([^<]*)</dd>", html)
-    shown = {study: key for (_, study), (_, key) in zip(facts[::2], facts[1::2], strict=True)}
-    assert shown, f"{page} names no study"
-    assert shown == {study: provenance.source_key(f"{studies.__name__}.{study}") for study in shown}
-
-
 # ---- API ----
 
 
 def _public_modules() -> list[str]:
-    """Name all modules: of `report` those that chapters import, of `codegen` and `scenes` the public face."""
-    chapters = "\n".join(source_text(page) for page in PAGES)
-    imported = {
-        f"{dexterity.__name__}.report.{name.strip()}"
-        for line in re.findall(r"^from dexterity\.report import (.+)$", chapters, re.MULTILINE)
-        for name in line.split(",")
-    }
+    """Name all modules of the library: of `codegen` and `scenes` the public face."""
     names = [found.name for found in pkgutil.walk_packages(dexterity.__path__, f"{dexterity.__name__}.")]
-    inner = {name for name in names if re.match(r"dexterity\.(report|codegen|scenes)\.", name)} - imported
-    return [dexterity.__name__, *(name for name in names if name not in inner and "__main__" not in name)]
+    return [dexterity.__name__, *(name for name in names if not re.match(r"dexterity\.(codegen|scenes)\.", name))]
 
 
 # meshcat imports a part of zmq that is no longer needed.
@@ -142,16 +125,22 @@ def _holds(module_name: str, name: str, thing: object) -> bool:
 # ---- claims ----
 
 
-@pytest.mark.parametrize("paper", claims.load_papers(), ids=lambda paper: paper.key)
-def test_scorecard_has_every_claim_with_its_verdict(paper: claims.Paper) -> None:
-    scorecard = html_file("reference/scorecard").read_text(encoding="utf-8")
-    tables = re.findall(r"<caption>(.*?)</caption>(.*?)</table>", scorecard, re.DOTALL)
-    rows = "".join(body for caption, body in tables if unescape(caption).startswith(f"Paper {paper.letter}:"))
-    shown = {
-        anchor: unescape(verdict)
-        for anchor, verdict in re.findall(
-            r'<tr id="claim-([^"]+)">.*?<span class="verdict [^"]*">([^<]*)</span>', rows, re.DOTALL
-        )
-    }
-    outcomes = {v.claim: str(v.outcome) for v in studies.verdicts() if v.paper == paper.key}
-    assert shown == {claim.id: outcomes.get(claim.id, "open") for claim in paper.claims}
+def _shown(html: str, anchor: str) -> dict[str, str]:
+    rows = rf'<tr id="{anchor}-([^"]+)">.*?<span class="verdict [^"]*">([^<]*)</span>'
+    return {name: unescape(verdict) for name, verdict in re.findall(rows, html, re.DOTALL)}
+
+
+def test_scorecard_has_every_claim_with_its_verdict() -> None:
+    shown = _shown(html_file("reference/scorecard").read_text(encoding="utf-8"), "claim")
+    assert shown == {verdict.claim: str(verdict.outcome) for verdict in scorecard.all_verdicts()}
+    assert shown.keys() == {claim.id for paper in ledger.load_papers() for claim in paper.claims}
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if "scorecard." in source_text(page)])
+def test_a_page_shows_the_verdicts_of_the_scorecard(page: str) -> None:
+    html = html_file(page).read_text(encoding="utf-8")
+    whole = {verdict.claim: str(verdict.outcome) for verdict in scorecard.all_verdicts()}
+    shown = _shown(html, "claim") | _shown(html, "headline")
+    assert shown.items() <= whole.items()
+    if page == "index":
+        assert shown.keys() == {name for paper in ledger.load_papers() for name in paper.headlines}

@@ -7,7 +7,7 @@ from built_book import HTML, PAGES, SHARED, html_file
 from playwright.sync_api import Browser
 from visit import DESKTOP, PHONE, visit
 
-from dexterity.report.claims import Outcome
+from dexterity_study.claims.outcome import Outcome
 
 MEGABYTE = 1_000_000
 

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dexterity import timing
-from dexterity.report.records import from_json, to_json
 from dexterity.timing import Timing, Way, processor
 
 PEERS = {"processor": "a processor", "threads": "1", "numpy": "2.0"}
@@ -158,11 +157,6 @@ def test_nothing_is_divided_by_a_time_of_zero():
 )
 def test_a_ratio_is_written_with_three_digits_or_all_before_the_point(value, text):
     assert str(timing.Ratio(value, distinguishable=True)) == text
-
-
-def test_a_timing_can_be_kept_in_a_record():
-    kept = three_timings()[1]
-    assert from_json(to_json(kept), Timing) == kept
 
 
 # ---- tables ----------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from typing import Any
 from dexterity_study.engine import card, evidence
 from dexterity_study.engine.experiment import Experiment
 from dexterity_study.engine.state import changed_since
-from dexterity_study.page.markup import Cell, Markup, table
+from dexterity_study.page.markup import Cell, Markup, element, table
 
 
 def footer(*chapters: str) -> Markup:
@@ -17,7 +17,8 @@ def footer(*chapters: str) -> Markup:
         for chapter in chapters
         for name, experiment in evidence.experiments(chapter).items()
     }
-    return Markup(table("Evidence of this chapter", ("Experiment", "Runs", "Made", "State"), rows))
+    shown = table("Evidence of this chapter", ("Experiment", "Runs", "Made", "State"), rows)
+    return Markup(element("div", shown, css_class="provenance"))
 
 
 def _cells(experiment: Experiment) -> list[Cell]:

@@ -85,10 +85,3 @@ def _content(cell: Cell) -> str:
     if cell.css_class:
         text = element("span", text, css_class=cell.css_class)
     return text + (element("small", escape(cell.note)) if cell.note else "")
-
-
-def definitions(title: str, items: Mapping[str, str], css_class: str) -> str:
-    """Set terms with their descriptions, all plain text, as a list under a title that screen readers say."""
-    entries = (element("dt", escape(term)) + element("dd", escape(text)) for term, text in items.items())
-    listing = element("dl", "\n".join(entries))
-    return element("section", listing, css_class=css_class, **{"aria-label": title})

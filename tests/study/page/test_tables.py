@@ -1,32 +1,36 @@
-"""A median with its range, as tables say it."""
+"""Tables of a page: a median with its range, and what is no number."""
 
 import math
 
 import pandas as pd
 import pytest
 
-from dexterity.report import tables
-from dexterity.report.ranges import with_range
+from dexterity_study.page import tables
+from dexterity_study.page.tables import over_seeds, with_range
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "written"),
     [
         ([1.0], "1"),
         ([3, 1, 2], "2 (1–3)"),
         ([1, 2], "1.5 (1–2)"),
         ([0.1001, 0.1002], "0.1"),
         ([1.0, 2.0, math.inf], "2 (1–inf)"),
+        ([1.0, math.nan, 3.0], "2 (1–3)"),
         ([math.nan, math.nan], "–"),
+        ([], "–"),
     ],
 )
-def test_the_range_stands_where_it_differs(values, told):
-    assert with_range(values, "{:.3g}".format) == told
+def test_the_range_stands_where_it_differs(values, written):
+    assert with_range(values) == written
 
 
-def test_nothing_has_no_median():
-    with pytest.raises(ValueError, match="values is empty"):
-        with_range([], str)
+def test_groups_of_rows_have_their_medians_and_ranges():
+    rows = pd.DataFrame({"size": [8, 8, 5], "error": [1.0, 3.0, 2.0]})
+    table = over_seeds(rows, "size", {"error": "error [mm]"}, "{:.0f}")
+    assert table.index.tolist() == [8, 5]
+    assert table["error [mm]"].tolist() == ["2 (1–3)", "2"]
 
 
 def test_a_range_in_a_table_is_not_broken_at_its_dash():

@@ -10,7 +10,7 @@ import pytest
 from matplotlib import colors
 from matplotlib.figure import Figure
 
-from dexterity.report import figures
+from dexterity_study.page import figures
 
 PHONE = 360  # CSS pixels
 
@@ -61,7 +61,7 @@ def test_lines_are_told_apart_and_stand_out_from_white() -> None:
 
 def test_a_notebook_shows_vectors_with_the_same_bytes_each_time() -> None:
     draw = "import matplotlib.pyplot as plt\nplt.plot([0, 1]);"
-    cells = ["from dexterity.report import figures; figures.style()", draw, draw]
+    cells = ["from dexterity_study.page import figures; figures.style()", draw, draw]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     nbclient.NotebookClient(notebook, kernel_name="python3").execute()
     first, second = (

@@ -1,1 +1,0 @@
-"""Studies of Part I: the dexterity of an underwater vehicle-manipulator system (paper A)."""
