@@ -17,11 +17,10 @@ from typing import Any, cast, get_args
 
 import joblib
 import numpy as np
-import torch
 from tqdm import tqdm
 
 from dexterity import spatial, store
-from dexterity.networks import feed_forward, levenberg_marquardt, normal_equations
+from dexterity.networks import feed_forward, levenberg_marquardt, normal_equations, train
 from dexterity.networks import network as network_module
 from dexterity.networks import problem as problem_module
 from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
@@ -378,17 +377,20 @@ class _Loop:
         return store.content_key("feed-forward design", self.problem.key, own, self.device, _source())
 
     def trained(self, neurons: int) -> _Size:
-        train = self.problem.data.train
+        rows = self.problem.data.train
         seeds = [_seed(self.options.seed, neurons, restart) for restart in range(self.options.restarts)]
         with one_thread():
             start = time.perf_counter()
-            trainings = levenberg_marquardt.levenberg_marquardt(
-                [self.untrained(neurons, seed) for seed in seeds],
-                train.q,
-                train.values,
+            trainings = train.for_seeds(
+                self.problem.view,
+                neurons,
+                rows.q,
+                rows.values,
+                seeds,
                 self.options.training(),
+                readout=self.options.readout,
+                device=self.device,
             )
-            trainings = [replace(training, network=training.network.cpu()) for training in trainings]
             seconds = time.perf_counter() - start
             trials = tuple(
                 _trial(self.problem, training, restart, seed, seconds)
@@ -396,13 +398,6 @@ class _Loop:
             )
         best = min(range(len(trials)), key=lambda i: trials[i].testing_error)
         return _Size(trials, trainings[best].network)
-
-    def untrained(self, neurons: int, seed: int) -> FeedForward:
-        train, random = self.problem.data.train, torch.Generator().manual_seed(seed)
-        network = FeedForward.untrained(
-            self.problem.view, neurons, train.q, train.values, random, self.options.readout
-        )
-        return network.to(self.device)
 
 
 def _seed(seed: int, neurons: int, restart: int) -> int:
@@ -427,7 +422,15 @@ def _trial(problem: DesignProblem, training: Training, restart: int, seed: int, 
 @cache
 def _source() -> str:
     own = sys.modules[__name__]
-    modules = [feed_forward, levenberg_marquardt, normal_equations, network_module, problem_module, spatial]
+    modules = [
+        feed_forward,
+        levenberg_marquardt,
+        normal_equations,
+        train,
+        network_module,
+        problem_module,
+        spatial,
+    ]
     return source_key([own, *modules])
 
 
