@@ -70,7 +70,7 @@ def problem(
     index: str, seed: int, *, rows: int = 5000, test: int = 1000, task_point: Point | None = None
 ) -> DesignProblem:
     """Draw the data sets of an index as paper A does; the validation set has as many points as the test set."""
-    (exact, view), at = _index(index), _space(index, task_point)
+    (exact, view), at = compiled(index), _space(index, task_point)
     return DesignProblem(
         view, sampling.data_sets(exact, at, train=rows, test=test, validation=test, seed=seed)
     )
@@ -183,7 +183,7 @@ def printed_sizes(
 def whole_grid(seed: int, neurons: int = 8, epochs: int = EPOCHS, test: int = 1000, fresh: int = 0) -> Rows:
     """Networks for w trained on with every row of the grid, those of the test set too."""
     drawn, q = problem("w", _FRESH_SEED, rows=2, test=test), sampling.grid(_space("w"))
-    own = replace(drawn, data=replace(drawn.data, train=DataSet(q, _index("w")[0](q))))
+    own = replace(drawn, data=replace(drawn.data, train=DataSet(q, compiled("w")[0](q))))
     yield _facts("w", own, _trained(own, options(TRAINED_ON, "w", seed, epochs), neurons), fresh)
 
 
@@ -219,8 +219,8 @@ def training_times(seed: int, cases: Cases = TIMED, rounds: int = 10, epochs: in
 
 
 @cache
-def _index(name: str) -> tuple[symbolic.CompiledIndex, View]:
-    """Return an index as compiled C, and the joints that it depends on."""
+def compiled(name: str) -> tuple[symbolic.CompiledIndex, View]:
+    """Return an index in compiled C, and the joints that it depends on."""
     chain, index = robots.uvms(), INDICES[name]
     view = View(chain.joints, sampling.relevant_joints(chain, index))
     return symbolic.compile_index(chain, index, "c"), view
@@ -235,7 +235,7 @@ def _errors(index: str, network: FeedForward, fresh: int, point: Point | None = 
     """Relative errors on fresh points between those of the grid, the same points for all networks."""
     random = torch.Generator().manual_seed(_FRESH_SEED)
     q = sampling.uniform(_space(index, point), fresh or FRESH[index], random)
-    exact = _index(index)[0](q)
+    exact = compiled(index)[0](q)
     with torch.no_grad():
         return ((network(q) - exact) / exact).abs()
 

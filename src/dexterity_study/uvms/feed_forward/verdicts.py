@@ -22,12 +22,10 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     yield on("hidden-activation", formulas["values"], "The printed form of tanh γ overflows for large γ.")
     yield on("output-layer", formulas["values"], "The D_H of Eq. 16 is the X_H of Eq. 15.")
     yield on("levenberg-marquardt-step", formulas["step"], "A step, compared with the printed formula.")
-    small, large = formulas["small_damping"], formulas["large_damping"]
-    yield on(
-        "damping-limits",
-        {"μ = 1e-9": bool(small < 0.01), "μ = 1e12": bool(large < 0.01)},
-        f"Relative deviations from the limits are {small:.0e} and {large:.0e}; less than a per cent counts.",
-    )
+    limits = {"μ = 1e-9": formulas["small_damping"], "μ = 1e12": formulas["large_damping"]}
+    note = "Relative deviation of the step from either limit; less than a per cent counts."
+    ours = ", ".join(f"{deviation:.0e} at {name}" for name, deviation in limits.items())
+    yield on("damping-limits", {name: bool(d < 0.01) for name, d in limits.items()}, note, ours=ours)
     yield from _on_the_loop(on, evidence)
     yield from _on_sizes(on, evidence)
     times = evidence["training_times"].where().pivot(index="rows", columns="neurons", values="median")
