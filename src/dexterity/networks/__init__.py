@@ -2,6 +2,7 @@
 
 from dexterity.networks import (
     baselines,
+    card,
     design,
     domain,
     export,
@@ -15,7 +16,6 @@ from dexterity.networks import (
     radial_basis,
     recipes,
     train,
-    trials,
     validation,
     worst_case,
 )
@@ -24,6 +24,7 @@ from dexterity.networks.files import NetworkFileError, load, load_shipped, save,
 __all__ = [
     "NetworkFileError",
     "baselines",
+    "card",
     "design",
     "domain",
     "export",
@@ -41,7 +42,6 @@ __all__ = [
     "save",
     "shipped",
     "train",
-    "trials",
     "validation",
     "worst_case",
 ]
