@@ -18,9 +18,8 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     limit = on.printed("all-networks-within-two-per-cent")
     yield from _on_networks(on, evidence, limit)
     yield from _on_pruning(on, evidence)
-    systems = (
-        evidence["elsewhere"].where().groupby(["claim", "system", "index"], sort=False)["error"].median()
-    )
+    rows = evidence["elsewhere"].where()
+    systems = rows.groupby(["claim", "system", "index"], sort=False)["error"].median()
     for claim, note in {
         "any-uvms": "The paper's numbers of neurons, for arms about random postures, on vehicles at the origin.",
         "library-of-indices": "w and KCI with other limits and in another frame, and w of a fixed arm, whose ranges meet "
@@ -44,9 +43,7 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
     """Figures that must hold for the book to be accepted."""
     for index, metric, limit in (("w", "sampled", 0.0025), ("KCI", "worst", 0.01)):
         value = evidence["judged"].values(metric, index=index, what="feed-forward").iloc[0]
-        yield Acceptance(
-            f"error of the shipped feed-forward network for {index}, {metric}", float(value), limit
-        )
+        yield Acceptance(f"error of the shipped network for {index}, {metric}", float(value), limit)
 
 
 def _on_networks(on: Judge, evidence: Evidence, limit: float) -> Iterator[Verdict]:

@@ -17,6 +17,9 @@ from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LARG
 from dexterity_study.uvms.feed_forward.verdicts import ends
 
 
+RULES = {"factor": "toolbox's rule", "gain_ratio": "gain ratio"}
+
+
 def trials(design: Design) -> Markup:
     """Set the trainings of one design loop."""
     rows = pd.DataFrame(design.trials)
@@ -53,10 +56,7 @@ def loops(stored: Evidence) -> Markup:
     rows = pd.concat([ends(stored, index) for index in GOALS])
     groups = rows.groupby(["index", "reading"], sort=False)
     columns = {"loops": groups.size(), "of them passed": groups["passes"].sum()}
-    forms = {
-        "neurons": ("neurons at the end", "{:g}"),
-        "testing_error": ("testing error at the end", "{:.2%}"),
-    }
+    forms = {"neurons": ("neurons at the end", "{:g}"), "testing_error": ("testing error there", "{:.2%}")}
     forms |= {"fresh": ("error on fresh points", "{:.2%}"), "above": ("fresh points above E", "{:.2%}")}
     columns |= {title: groups[name].apply(with_range, form=form) for name, (title, form) in forms.items()}
     return show(pd.DataFrame(columns).rename_axis([None, None]))
@@ -81,13 +81,10 @@ def error_by_epoch(stored: Evidence) -> Figure:
     """Draw the mean square error against epochs without a goal, Figs. 11 and 15 of the paper."""
     fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.4))
     for ax, (index, goal) in zip(panels, GOALS.items(), strict=True):
-        for color, (rule, label) in {
-            "C1": ("factor", "toolbox's rule"),
-            "C0": ("gain_ratio", "gain ratio"),
-        }.items():
+        for color, rule in (("C1", "factor"), ("C0", "gain_ratio")):
             histories = stored["printed_sizes"].array(f"{index}_{rule}")
             ax.plot(histories.T, color=color, lw=0.7, alpha=0.3)
-            ax.plot(np.median(histories, axis=0), color=color, label=label)
+            ax.plot(np.median(histories, axis=0), color=color, label=RULES[rule])
         ax.axhline(goal, color="k", ls="--", label="goal of the paper")
         ax.set(yscale="log", title=f"{index}, {LARGER[index][0]} neurons", xlabel="epochs")
     panels[0].set(ylabel="mean square error")
