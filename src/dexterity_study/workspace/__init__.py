@@ -1,0 +1,1 @@
+"""Paper C: the workspace of serial manipulators by learned Jacobians."""
