@@ -1,1 +1,1 @@
-"""Paper C: the workspace of serial manipulators by learned Jacobians."""
+"""Paper C: networks for the reach of a manipulator and its Jacobian."""
