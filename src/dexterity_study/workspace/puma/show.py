@@ -16,16 +16,7 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
-from dexterity_study.workspace.puma.experiment import (
-    ALIGNED,
-    FEEDBACK,
-    HALF_SIDE,
-    LINKS,
-    NETWORKS,
-    OPEN,
-    RANDOM,
-    tracking_arm,
-)
+from dexterity_study.workspace.puma import experiment as puma
 from dexterity_study.workspace.puma.verdicts import READING
 
 PALETTE = ("blue", "sky blue", "bluish green", "yellow", "orange")
@@ -38,13 +29,13 @@ def manipulability_scene(per_side: int = 41) -> Scene:
     # The section square to the first one is left out where it would hide that.
     half = side[side > 0]
     grids = Grid(side, middle, side), Grid(middle, half, side), Grid(side, half, middle)
-    cuts = [maps.constant_orientation(ByClosedForm(LINKS, None), grid, torch.eye(3)) for grid in grids]
+    cuts = [maps.constant_orientation(ByClosedForm(puma.LINKS, None), grid, torch.eye(3)) for grid in grids]
     points = torch.cat([grid.points().flatten(0, 2) for grid in grids])
     w, reached = (
         torch.cat([getattr(cut, of).flatten() for cut in cuts]) for of in ("manipulability", "reached")
     )
     scene = Scene("Three sections through what the PUMA 560 reaches", view_from=(0.6, -1.0, 0.5))
-    scene.add_chain(tracking_arm(), [-1.2, 0.9, -2.2, 0.0, 0.6, 0.0], axes=False)
+    scene.add_chain(puma.tracking_arm(), [-1.2, 0.9, -2.2, 0.0, 0.6, 0.0], axes=False)
     classes = (w / w.max() * len(PALETTE)).long().clamp(max=len(PALETTE) - 1)
     borders = np.linspace(0, w.max().item(), len(PALETTE) + 1)
     for i, color in enumerate(PALETTE):
@@ -64,7 +55,7 @@ def difference_scene(stored: Evidence, network: str) -> Scene:
         ("missed", "in reach, taken for out of reach", "black"),
     ):
         cells = stored["learned"].array(kind)[0]
-        cells = cells[cells[:, 0] == list(NETWORKS).index(network), 1:]
+        cells = cells[cells[:, 0] == list(puma.NETWORKS).index(network), 1:]
         if len(cells):
             scene.add_points(cells, name=name, size=0.014, color=color)
     return scene
@@ -76,17 +67,21 @@ def tracking_scene(stored: Evidence) -> Scene:
     for name, experiment, color in (("rotation", "learned", "vermillion"), ("exact", "loops", "blue")):
         q = stored[experiment].array("q")[0, 0].astype(np.float64)
         frames = q[~np.isnan(q[:, 0])]
-        scene.add_chain(tracking_arm(), frames[0], name=f"{name} Jacobian", axes=False, color=COLORS[color])
+        scene.add_chain(
+            puma.tracking_arm(), frames[0], name=f"{name} Jacobian", axes=False, color=COLORS[color]
+        )
         if len(frames) > 1:
             scene.animate(f"{name} Jacobian", frames, frames_per_second=20)
-        scene.add_path(tracking_arm().forward(frames)[:, :3, 3], name=f"tool, {name} Jacobian", color=color)
+        scene.add_path(
+            puma.tracking_arm().forward(frames)[:, :3, 3], name=f"tool, {name} Jacobian", color=color
+        )
     return scene
 
 
 def agreement(table: Table) -> Markup:
     """Set how the learned maps agree with the exact one; errors of w in per cent of its largest value."""
     rows = table.where().set_index(["network", "case"])
-    rows = rows[rows.index.isin((ALIGNED, RANDOM), level="case")]
+    rows = rows[rows.index.isin((puma.ALIGNED, puma.RANDOM), level="case")]
     columns = {"reached": "IoU in reach", "unreached": "IoU out of reach", "right": "right"}
     errors = {
         "median_error": "median [%]",
@@ -107,7 +102,9 @@ def maps_beside(stored: Evidence) -> Figure:
         image = ax.imshow(w.T, vmin=0, vmax=top, **look)
         ax.set(title=f"exact, {cut}")
     fig.colorbar(image, ax=panels[0], label="w [m³]")
-    for row, name, slices in zip(panels[1:], NETWORKS, stored["learned"].array("slices")[0], strict=True):
+    for row, name, slices in zip(
+        panels[1:], puma.NETWORKS, stored["learned"].array("slices")[0], strict=True
+    ):
         for ax, cut, w, ours in zip(row, CUTS, exact, slices, strict=True):
             off = np.nan_to_num(ours) - np.nan_to_num(w)
             image = ax.imshow(off.T, vmin=-top / 2, vmax=top / 2, cmap="PuOr", **look)
@@ -126,14 +123,12 @@ def maps_beside(stored: Evidence) -> Figure:
 
 def notions(stored: Evidence) -> Markup:
     """Set volumes [m³] of four workspaces, and the mean share of the orientations, the measure of the fifth."""
-    heads = {
-        "reachable": "reachable",
-        "total_orientation": "within 45° of down",
-        "constant_orientation": "straight down",
-        "dexterous": "dexterous",
-        "mean_share": "mean share of orientations",
-    }
-    return show(stored["notions"].where().set_index("arm")[list(heads)].rename(columns=heads))
+    heads = dict(
+        zip(puma.NOTIONS, ("reachable", "within 45° of down", "straight down", "dexterous"), strict=True)
+    )
+    return show(
+        stored["notions"].where().set_index("arm").drop(columns=["reading", "seed"]).rename(columns=heads)
+    )
 
 
 def orientations(stored: Evidence) -> Figure:
@@ -141,7 +136,7 @@ def orientations(stored: Evidence) -> Figure:
     fig, panels = plt.subplots(2, 2, figsize=(6.8, 6.2), sharex=True, sharey=True)
     table = stored["notions"]
     for ax, name, share in zip(panels.flat, table.where()["arm"], table.array("share")[0], strict=True):
-        extent = (-HALF_SIDE, HALF_SIDE, -HALF_SIDE, HALF_SIDE)
+        extent = (-puma.HALF_SIDE, puma.HALF_SIDE, -puma.HALF_SIDE, puma.HALF_SIDE)
         shown = np.where(share > 0, share, np.nan)
         image = ax.imshow(shown.T, origin="lower", extent=extent, vmin=0, vmax=1)
         ax.set(title=name)
@@ -174,11 +169,11 @@ def errors(stored: Evidence) -> Figure:
     curves = np.concatenate([exact, stored["learned"].array("position_error")[0]]).reshape(3, 2, -1)
     time = np.linspace(0, READING["rate-control-path"][1], curves.shape[-1])
     for name, color, own in zip(
-        ("exact", *NETWORKS), ("blue", "vermillion", "bluish green"), curves, strict=True
+        ("exact", *puma.NETWORKS), ("blue", "vermillion", "bluish green"), curves, strict=True
     ):
         for ax, error in zip(panels, own, strict=True):
             ax.semilogy(time[1:], 1e3 * error[1:], color=COLORS[color], label=name)
-    for ax, case in zip(panels, (FEEDBACK, OPEN), strict=True):
+    for ax, case in zip(panels, (puma.FEEDBACK, puma.OPEN), strict=True):
         ax.set(title=case, ylabel="position error [mm]")
     panels[1].set(xlabel="time [s]")
     panels[0].legend(loc="lower right", fontsize="small")

@@ -69,25 +69,21 @@ def _on_maps(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     in_reach = evidence["exact"].where()["share_reached"].iloc[0]
     overlap = ", ".join(f"{name}: {value:.3f}" for name, value in worst["overlap"].items())
     error = ", ".join(f"{name}: {value:.2%}" for name, value in worst["error"].items())
+    decides = (
+        f"{in_reach:.0%} of the cube are in reach, so that the cells out of reach decide; error of w {error}."
+    )
     for claim, holds, note, ours in (
-        (
-            "puma-maps-alike",
-            fits & precise,
-            f"{in_reach:.0%} of the cube are in reach, so that the cells out of reach decide: smallest intersection over "
-            f"union; median error of w {error} of its largest value.",
-            overlap,
-        ),
+        ("puma-maps-alike", fits & precise, f"Smallest intersection over union. {decides}", overlap),
         (
             "workspace-from-jacobian",
             fits,
-            "Smallest intersection over union. The confidence draws the workspace, the Jacobian has no part in it; the rule "
-            "that it stands in for has two lines and no error.",
+            "The confidence draws the workspace, the Jacobian has no part in it.",
             overlap,
         ),
         (
             "manipulability-from-estimate",
             precise,
-            "Median error of w over the cells in reach, in shares of its largest value; w is a product of four factors.",
+            "Median error of w, in shares of its largest value.",
             error,
         ),
     ):
