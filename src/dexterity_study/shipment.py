@@ -1,0 +1,211 @@
+"""The networks that come with the package: how they are made, chosen and described.
+
+``python -m dexterity_study.shipment [NAME …]`` trains candidates, chooses among them by the worst case that
+a search finds, judges the chosen one on points that nothing was chosen by, and writes it with its card to
+``data/networks``. It takes minutes per network, and is no part of building the book.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dexterity import operations, robots, sampling, store, symbolic, timing
+from dexterity.indices import Index
+from dexterity.networks import card, files
+from dexterity.networks.export import compile_network
+from dexterity.networks.growth import RadialBasisOptions, grow
+from dexterity.networks.network import Network, View
+from dexterity.networks.problem import DesignProblem
+from dexterity.networks.recipes import Recipe, prepare
+from dexterity.networks.threads import one_thread
+from dexterity.networks.validation import Function
+from dexterity.networks.worst_case import Search, worst_case
+from dexterity.sampling import Space
+from dexterity.timing import Machine, Way
+
+JUDGED = 200_000
+"""Configurations that a chosen network is judged on."""
+
+_CHOSEN_BY, _JUDGED_BY = 20_160_001, 20_160_002  # seeds of the validation set and of the untouched one
+
+
+@dataclass(frozen=True)
+class FeedForwardPlan:
+    """How a feed-forward network that is shipped is made.
+
+    Attributes
+    ----------
+    index
+        Name of the index.
+    carriers
+        Joints through which the world's origin is seen instead of through their own values.
+    recipe
+        How candidates are trained.
+    restarts
+        Number of candidates.
+    """
+
+    index: str
+    carriers: int
+    recipe: Recipe
+    restarts: int
+
+
+@dataclass(frozen=True)
+class RadialBasisPlan:
+    """How a radial-basis network that is shipped is made: grown to a size at several spreads.
+
+    Attributes
+    ----------
+    index, carriers
+        See `FeedForwardPlan`.
+    neurons
+        How many it has.
+    rows, overhang
+        Of the training set, see :func:`dexterity.sampling.sobol`.
+    spreads
+        Of the candidates, for inputs in [rad] and [m].
+    """
+
+    index: str
+    carriers: int
+    neurons: int
+    rows: int
+    overhang: float
+    spreads: tuple[float, ...]
+
+
+PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan] = {
+    "uvms-manipulability-feed-forward": FeedForwardPlan(
+        "manipulability", 0, Recipe(8, rows=8192, overhang=0.3, epochs=300), restarts=48
+    ),
+    "uvms-kinematic-conditioning-feed-forward": FeedForwardPlan(
+        "kinematic_conditioning", 6, Recipe(50, "triple", rows=16_384, overhang=0.4, epochs=200), restarts=3
+    ),
+    "uvms-manipulability-radial-basis": RadialBasisPlan(
+        "manipulability", 0, 149, 8192, 0.3, (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+    ),
+    "uvms-kinematic-conditioning-radial-basis": RadialBasisPlan(
+        "kinematic_conditioning", 6, 300, 8192, 0.4, (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
+    ),
+}
+"""What is shipped, by name."""
+
+
+def ship(name: str, folder: Path) -> Network:
+    """Make a network with its card and write it to a folder.
+
+    Raises
+    ------
+    ValueError
+        If no network of this name is planned.
+    """
+    if name not in PLANS:
+        raise ValueError(f"name is {name!r}; {list(PLANS)} are planned")
+    plan = PLANS[name]
+    index, space = _index(plan), sampling.uvms_space(plan.index)
+    with one_thread():
+        network = _chosen(_candidates(plan, index, space), index, space)
+    return describe(name, network, folder)
+
+
+def describe(name: str, network: Network, folder: Path) -> Network:
+    """Judge a network that a plan has made, and write it with a new card to a folder."""
+    plan = PLANS[name]
+    index, space = _index(plan), sampling.uvms_space(plan.index)
+    judged = card.describe(network, index, space, _about(name), seed=_JUDGED_BY, count=JUDGED)
+    judged["operations"]["exact, before a root or an iteration"] = _exact_operations(index.index)
+    with one_thread():
+        network.card = judged | {"time": _times(network, index, space)}
+    files.save(network, folder / f"{name}.npz")
+    return network
+
+
+def _index(plan: FeedForwardPlan | RadialBasisPlan) -> symbolic.CompiledIndex:
+    return symbolic.compile_index(robots.uvms(), Index(plan.index), "c")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make the networks that are named, or all, or write their cards again."""
+    parser = argparse.ArgumentParser(prog="python -m dexterity_study.shipment", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    parser.add_argument("--cards", action="store_true", help="keep the networks; judge and time them again")
+    chosen = parser.parse_args(arguments)
+    folder = store.data_path() / "networks"
+    for name in chosen.names or list(PLANS):
+        network = describe(name, files.load_shipped(name), folder) if chosen.cards else ship(name, folder)
+        errors = (network.card["errors"]["maximum"], network.card["worst_case"]["error"])
+        print(f"{name}: {errors[0]:.2%} sampled, {errors[1]:.2%} by ascent")  # noqa: T201
+    return 0
+
+
+# ---- candidates ------------------------------------------------------------------------------------
+
+
+def _candidates(plan: FeedForwardPlan | RadialBasisPlan, index: Function, space: Space) -> list[Network]:
+    chain = robots.uvms()
+    varying = sampling.relevant_joints(chain, Index(plan.index))
+    # What turns the vehicle stays in view; the translations are seen through the world's origin alone.
+    inputs = [joint for joint in varying if not plan.carriers or joint > 3]
+    view = View(chain.joints, inputs, chain.screws[: plan.carriers])
+    if isinstance(plan, FeedForwardPlan):
+        return [prepare(plan.recipe, view, index, space, (seed,))[0] for seed in range(plan.restarts)]
+    q = sampling.sobol(space, plan.rows, 0, plan.overhang)
+    # The loop looks at no test set here: it grows to its size.
+    test = sampling.DataSet(q[:1], index(q[:1]))
+    data = sampling.DataSets(sampling.DataSet(q, index(q)), test, test)
+    options = RadialBasisOptions(testing_error=0.0, training_goal=0.0, neuron_limit=plan.neurons)
+    return [grow(DesignProblem(view, data), spread, options).network for spread in plan.spreads]
+
+
+def _chosen(candidates: Sequence[Network], index: Function, space: Space) -> Network:
+    """Take the candidate whose worst case is least, as far as a search with a seed of its own tells."""
+    return min(candidates, key=lambda one: worst_case(one, index, space, Search(), _CHOSEN_BY).error)
+
+
+# ---- the card --------------------------------------------------------------------------------------
+
+
+def _about(name: str) -> dict[str, Any]:
+    plan = PLANS[name]
+    index = dataclasses.asdict(Index(plan.index))
+    return {
+        "name": name,
+        "chain": {"name": "uvms", "lengths": dict(robots.describe("uvms").lengths)},
+        "index": index | {"limits": "all joint and tool rates 1"},
+        "training": card.plain(plan) | {"candidate_seeds": "0, 1, …", "rows_seed": 0},
+        "chosen": f"least worst case by ascent, search seed {_CHOSEN_BY}",
+        "retrain": f"python -m dexterity_study.shipment {name}",
+        "licence": "MIT",
+    }
+
+
+def _exact_operations(index: Index) -> int:
+    derivation = symbolic.derive(robots.uvms(), index)
+    exact = derivation.squared_manipulability if index.name == "manipulability" else derivation.bidiagonal
+    return operations.count_program(exact).total
+
+
+def _times(network: Network, exact: symbolic.CompiledIndex, space: Space) -> dict[str, Any]:
+    q = sampling.sobol(space, 1000, 0)
+    compiled = compile_network(network)
+    ways = [Way("exact", lambda: exact(q), len(q)), Way("network", lambda: compiled(q), len(q))]
+    exact_time, network_time = timing.measure(ways, rounds=20, seconds=0.1)
+    return {
+        "ns_per_configuration": {
+            one.name: [round(1e9 * t, 1) for t in (one.lower, one.median, one.upper)]
+            for one in (exact_time, network_time)
+        },
+        "exact_over_network": str(timing.ratio(exact_time, network_time)),
+        "both": f"C, {len(q)} configurations at once, one core; quartiles",
+        "processor": Machine.present().processor,
+    }
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
