@@ -18,7 +18,7 @@ PAPER = load_paper("liao2018")
 @pytest.fixture(scope="module")
 def evidence():
     made = {}
-    for name in ("fanuc", "files", "rule", "round_trip", "influence"):
+    for name in ("fanuc", "files", "rule", "influence"):
         one = getattr(experiment, name)
         made[name] = Table.joined([one(0, reading, **one.smoke) for reading in ("chosen", *one.readings)])
     return Evidence("workspace.data", made)

@@ -5,7 +5,6 @@ Liao & Mao (2018), Eqs. 1–12, Tables I–V, Figs. 2–4.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -20,7 +19,7 @@ from dexterity.chain import Chain
 from dexterity.inverse_kinematics import spherical_wrist
 from dexterity.workspace import dataset, reachability
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Samples, Scaling
-from dexterity.workspace.reachability import LINK_NAMES, Branch
+from dexterity.workspace.reachability import LINK_NAMES
 from dexterity_study.engine.experiment import experiment
 from dexterity_study.workspace.data.influence import influence as influence
 
@@ -219,38 +218,6 @@ def _all_apart(gap: Callable[[Tensor], Tensor], values: Tensor) -> Tensor:
     """Return whether no two of eight vectors (n, 8, m) are the same, for each of n."""
     gaps = gap(values[:, :, None] - values[:, None]).abs().amax(-1)
     return (gaps + torch.eye(8, dtype=values.dtype)).amin((1, 2)) > 1e-6
-
-
-@experiment(smoke={"count": 1000, "few": 100, "arms": 10}, **STEADY)
-def round_trip(seed: int, count: int = 500_000, few: int = 1000, arms: int = 50) -> Iterator[Row]:
-    """Largest errors over samples in reach.
-
-    Of the pose after inverse and forward kinematics, over all branches; of both Jacobians against central differences,
-    and against a chain of screws.
-    """
-    samples, reachable = dataset.confidence_data(count, seed + 20, redraw=0.0)
-    links, T = samples.links[reachable], spatial.pose(samples.rotation(), samples.position)[reachable]
-    poses = [
-        (reachability.forward(links, reachability.inverse(links, T, Branch(*sides))[0]) - T).abs().max()
-        for sides in itertools.product((True, False), repeat=3)
-    ]
-    links, T = links[:few], T[:few]
-    q = reachability.inverse(links, T)[0]
-
-    def forward(joints: Tensor) -> Tensor:
-        return reachability.forward(links[:, None] if joints.ndim == 3 else links, joints)
-
-    exact, body = reachability.geometric_jacobian(links, q), reachability.body_jacobian(links, q)
-    rough = by_difference(forward, q, 1e-6, central=True)
-    rough_body = reachability.in_tool_axes(rough, T[:, :3, :3])
-    chains = [(reachability.arm(own), joints) for own, joints in zip(links[:arms], q, strict=False)]
-    by_chain = torch.stack([chain.geometric_jacobian(joints) for chain, joints in chains])
-    body_by_chain = torch.stack([chain.body_jacobian(joints) for chain, joints in chains])
-    yield {
-        "pose": max(poses),
-        "difference": max((rough - exact).abs().max(), (rough_body - body).abs().max()),
-        "chain": max((by_chain - exact[:arms]).abs().max(), (body_by_chain - body[:arms]).abs().max()),
-    }
 
 
 # ---- maps -----------------------------------------------------------------------------------------
