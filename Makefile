@@ -10,15 +10,25 @@ MAKEFLAGS   += --no-print-directory
 PYTHON ?= python3
 VENV   ?= .venv
 PORT   ?= 8000
-STUDY  ?=
 NETWORK ?=
+CH     ?=
+T      ?=
+PART   ?=
+REASON ?=
+SMOKE  ?=
+BACKEND ?=
+SCHEDULER ?=
+UPGRADE ?=
 
 # Relative folders are kept relative; every command of the environment is reached through it, nothing is activated.
-IN      := $(VENV)/bin
-READY   := $(VENV)/.installed
-HTML    := _build/html
-CACHE   := _build/.jupyter_cache
-LOG     := _build/book.log
+IN   := $(VENV)/bin
+HTML := _build/html
+
+# What the environment holds: what the book needs, or all of environment.lock.
+BOOK_ENV := $(VENV)/.book
+FULL_ENV := $(VENV)/.all
+# The chapters that still import dexterity.studies need all; when the last of them is ported: NEEDED_BY_BOOK := $(BOOK_ENV)
+NEEDED_BY_BOOK := $(FULL_ENV)
 
 # Chapters run with the environment's own kernel and without the user's IPython profile or packages.
 export PYTHONNOUSERSITE        := 1
@@ -26,39 +36,39 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export JUPYTER_PLATFORM_DIRS   := 1
 export IPYTHONDIR              := $(abspath $(VENV))/ipython
 
-.PHONY: help book test lint check full networks bench serve lock clean distclean
+.PHONY: help book chapter test lint check evidence stale accept networks bench serve lock clean distclean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 # ---- the environment: made once, and again when the lock or pyproject.toml changes ----
 
-$(READY): environment.lock pyproject.toml
-	@rm -f $@
+PIP := $(IN)/python -m pip --disable-pip-version-check --no-input
+# Of pip's many lines, one for every 25 packages.
+COUNTED := awk '/^Collecting |^Requirement already/ { if (++seen % 25 == 0) print "  " seen " packages" } /^Installing coll/ { print "  installing" } { fflush() }'
+
+$(BOOK_ENV): environment.lock pyproject.toml
+	@rm -f $(BOOK_ENV) $(FULL_ENV)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"{sys.executable} is Python {sys.version.split()[0]}; 3.11 or later is needed: make PYTHON=python3.11 ...")'
-	@echo "Setting up $(VENV) from environment.lock (once; minutes, depending on the connection)"
+	@echo "Setting up $(VENV) for the book (once; minutes, depending on the connection)"
 	@$(PYTHON) -m venv $(VENV)
-	@$(IN)/python -m pip install --disable-pip-version-check --no-input --progress-bar off -r environment.lock \
-	  | awk -v all="$$(grep -c '==' environment.lock)" \
-	    '/^Collecting |^Requirement already/ { if (++seen % 25 == 0 && seen <= all) print "  " seen " of " all " packages fetched" } \
-	     /^Installing collected/ { print "  installing" } { fflush() }'
-	@$(IN)/python -m pip install --disable-pip-version-check --no-input --quiet --no-deps --no-build-isolation -e .
+	@$(PIP) install --quiet --constraint environment.lock hatchling editables
+	@$(PIP) install --progress-bar off --constraint environment.lock --no-build-isolation --editable '.[book]' | $(COUNTED)
+	@touch $@
+
+$(FULL_ENV): $(BOOK_ENV)
+	@echo "Adding to $(VENV) what tests and checks need (once)"
+	@$(PIP) install --progress-bar off --requirement environment.lock | $(COUNTED)
 	@touch $@
 
 # ---- the book ----
 
-# Sphinx takes a page that it has read before for up to date, so its own memory goes when the executed cells have gone,
-# and after a failed build, whose warnings it would not repeat.
-book: $(READY)  ## build the book into _build/html
-	@$(IN)/python -c "from dexterity.scenes import copy_viewer; copy_viewer('book/assets/meshcat')"
-	@$(IN)/python -m dexterity.report.provenance fresh-cache $(CACHE)
-	@[ -e $(CACHE)/global.db ] || rm -rf _build/.doctrees
-	@$(IN)/jupyter-book build book --config _config.yml --path-output . -W --keep-going 2>&1 | tee $(LOG) || { \
-	  rm -rf _build/.doctrees; \
-	  echo "---- The book was not built, because of:"; \
-	  awk '/WARNING:|ERROR:|^(Extension|Configuration) error/ { print } /^nbclient.*Error:/ { cell = 1 } cell { print } /^The above exception/ { cell = 0 }' $(LOG) | tail -n 60; \
-	  exit 1; }
-	@echo "The book: file://$(CURDIR)/$(HTML)/index.html"
+book: $(NEEDED_BY_BOOK)  ## build the book into _build/html
+	@$(IN)/python -m dexterity_study.page.build
+
+chapter: $(NEEDED_BY_BOOK)  ## build one page of the book (CH=uvms/kinematics)
+	@[ -n "$(CH)" ] || { echo "Which page? For example: make chapter CH=uvms/kinematics"; exit 1; }
+	@$(IN)/python -m dexterity_study.page.build $(CH)
 
 serve:  ## serve the built book on 127.0.0.1 (PORT=8000)
 	@[ -e $(HTML)/index.html ] || { echo "There is no built book yet: make book"; exit 1; }
@@ -66,15 +76,15 @@ serve:  ## serve the built book on 127.0.0.1 (PORT=8000)
 
 # ---- checks ----
 
-test: $(READY)  ## run the tests
-	@$(IN)/python -m pytest tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile
+test: $(FULL_ENV)  ## run the tests (T=tests/test_chain.py for some)
+	@$(IN)/python -m pytest $(or $(T),tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile)
 
-check: book  ## check verdicts, stored results, and the built book in a real browser
-	@$(IN)/python -m dexterity.studies probe
-	@$(IN)/python -m dexterity.studies check
+check: $(FULL_ENV) book  ## check verdicts, stored results, and the built book in a real browser
+	@$(EVIDENCE) probe
+	@$(IN)/python -m dexterity_study.claims.check
 	@$(IN)/python -m pytest tests/book
 
-lint: $(READY)  ## style, types, layers, lock
+lint: $(FULL_ENV)  ## style, types, layers, lock
 	$(IN)/ruff check src tests
 	$(IN)/ruff format --check src tests
 	$(IN)/mypy
@@ -83,33 +93,44 @@ lint: $(READY)  ## style, types, layers, lock
 	  echo "environment.lock has CUDA packages: make it with make lock"; exit 1; \
 	  else echo "environment.lock: no CUDA packages"; fi
 
-bench: $(READY)  ## run the benchmarks, print their ratios, write them into _build/benchmarks
+bench: $(FULL_ENV)  ## run the benchmarks, print their ratios, write them into _build/benchmarks
 	@$(IN)/python -m pytest -s tests/benchmarks
 
-# ---- long runs, lock, cleaning ----
+# ---- evidence ----
 
-full: $(READY)  ## run studies at full scale and store their results (STUDY=uvms.kinematics for one)
-	@$(IN)/python -m dexterity.studies full $(STUDY)
+EVIDENCE := $(IN)/python -m dexterity_study.engine.command
 
-networks: $(READY)  ## train, choose and judge the networks in data/networks (NETWORK=uvms-manipulability-feed-forward for one)
-	@$(IN)/python -m dexterity.studies.shipment $(NETWORK)
+evidence: $(FULL_ENV)  ## run what is out of date and store it (PART=uvms.cost; SMOKE=1 to try it; BACKEND=dask SCHEDULER=tcp://...)
+	@$(EVIDENCE) $(if $(SMOKE),smoke $(PART),evidence $(PART) --backend $(or $(BACKEND),loky) --scheduler '$(SCHEDULER)')
 
-# torch's metadata names CUDA packages for Linux. They are no part of the lock: with a CPU build of torch they are not
-# needed, and with the registry's build pip adds the ones that it names.
-lock:  ## compile environment.lock from environment.in
+stale: $(FULL_ENV)  ## list what is out of date, and why, per file (PART=uvms.cost)
+	@$(EVIDENCE) stale $(PART)
+
+accept: $(FULL_ENV)  ## repeat probes, and accept runs although files have changed (PART=uvms.cost REASON="...")
+	@$(EVIDENCE) accept $(PART) --reason '$(REASON)'
+
+networks: $(FULL_ENV)  ## train, choose and judge the networks in data/networks (NETWORK=uvms-manipulability-feed-forward for one)
+	@$(IN)/python -m dexterity_study.shipment $(NETWORK)
+
+# ---- lock, cleaning ----
+
+# Pins that still fit stay; UPGRADE=--upgrade renews all. torch's metadata names CUDA packages for Linux. They are no part
+# of the lock: with a CPU build of torch they are not needed, and with the registry's build pip adds the ones that it names.
+lock:  ## compile environment.lock from environment.in (UPGRADE=--upgrade renews all pins)
 	@mkdir -p _build
 	@$(PYTHON) -m venv _build/uv
 	@_build/uv/bin/python -m pip install --disable-pip-version-check --no-input --quiet uv
+	@cp environment.lock _build/resolved.txt
 	@_build/uv/bin/uv pip compile environment.in --quiet --no-annotate --no-header \
-	  --python-version 3.11 --python-platform x86_64-manylinux_2_28 --output-file _build/resolved.txt --upgrade
+	  --python-version 3.11 --python-platform x86_64-manylinux_2_28 --output-file _build/resolved.txt $(UPGRADE)
 	@{ echo "# Made by make lock from environment.in, for Python 3.11 on Linux x86_64. The CUDA packages of torch are left"; \
 	   echo "# out on purpose: a CPU build needs none, and with the registry's build pip resolves them by itself."; \
-	   grep -vE '^(nvidia|triton|cuda)' _build/resolved.txt; } > environment.lock.new
+	   grep -vE '^(#|nvidia|triton|cuda)' _build/resolved.txt; } > environment.lock.new
 	@mv environment.lock.new environment.lock
 
-clean:  ## remove what make book and the tools made, keep .venv and remembered results
-	@rm -rf _build book/assets/meshcat dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+clean:  ## remove what make book and the tools made, keep .venv
+	@rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	@find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-distclean: clean  ## remove .venv and remembered results too
-	@rm -rf $(VENV) .results
+distclean: clean  ## remove .venv too
+	@rm -rf $(VENV)

@@ -3,7 +3,9 @@
 The import hook must be there before the package is first imported, so this file imports nothing of it.
 """
 
+import importlib.util
 import os
+import pkgutil
 import random
 from collections.abc import Iterator
 
@@ -11,6 +13,8 @@ import hypothesis
 import jaxtyping
 import numpy as np
 import pytest
+from beartype import BeartypeConf
+from beartype.claw import beartype_packages
 
 # Read when sympy is imported; with its default of a thousand entries derivations take half as long again.
 os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
@@ -19,10 +23,19 @@ os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-# An int is taken for a float, as type checkers do.
+# Modules of expressions have no array shapes: beartype alone checks their annotations. jaxtyping would bind
+# the arguments of each call, which doubles the time of a derivation. An int passes for a float, as elsewhere.
+EXPRESSIONS = ["dexterity.derivation", "dexterity.elimination", "dexterity.program"]
+_package = importlib.util.find_spec("dexterity")
 jaxtyping.install_import_hook(
-    "dexterity", "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
+    [
+        name
+        for _, name, _ in pkgutil.iter_modules(_package.submodule_search_locations, "dexterity.")
+        if name not in EXPRESSIONS
+    ],
+    "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))",
 )
+beartype_packages(EXPRESSIONS, conf=BeartypeConf(is_pep484_tower=True, claw_is_pep526=False))
 
 # The same examples at every run; no deadline, because the first call of a torch function is slow.
 hypothesis.settings.register_profile(

@@ -1,6 +1,7 @@
 """Derivations: what they compute, what they leave out, and what they leave open."""
 
 import dataclasses
+import doctest
 import math
 from functools import cache
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 import sympy
 import torch
+from beartype.roar import BeartypeCallHintParamViolation
 from numpy.testing import assert_allclose, assert_array_equal
 
 import dexterity as dx
@@ -365,3 +367,15 @@ def test_equal_chains_have_equal_numbers_and_others_have_not():
 def test_rates_that_do_not_fit_are_refused(name, rates, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         derive(PUMA, Index(name, **rates))
+
+
+def test_the_worked_example_is_what_it_prints():
+    outcome = doctest.testmod(derivations)
+    assert outcome.attempted > 5
+    assert outcome.failed == 0
+
+
+def test_annotations_of_expressions_are_checked_in_tests():
+    """By the import hook of conftest.py, which leaves this module out of jaxtyping's."""
+    with pytest.raises(BeartypeCallHintParamViolation):
+        derivations.exact([0.5])

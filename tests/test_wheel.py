@@ -1,21 +1,63 @@
-"""The wheel in an environment of its own: its modules, its data, and nothing of the source tree."""
+"""The wheel by itself: its files, and what it does with its declared dependencies and nothing else."""
 
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
-import venv
 import zipfile
+from collections.abc import Mapping
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import dexterity as dx
 from dexterity import store
 
-# Run in the wheel's environment: everything that comes with the package is loaded and used.
-REPORT = """
+# Python runs this without site-packages, .pth files and so the editable install of the source tree. The
+# site-packages of this environment are borrowed, less what no declared dependency installs.
+ISOLATION = """
+import sys
+from importlib.machinery import PathFinder
+
+class OnlyDeclared(PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        if path is None and name not in ALLOWED:
+            path = [folder for folder in sys.path if folder not in BORROWED]
+        return super().find_spec(name, path, target)
+
+sys.meta_path[sys.meta_path.index(PathFinder)] = OnlyDeclared
+sys.path += [INSTALLED, *BORROWED]
+"""
+
+IMPORTS = """
+import importlib, json, pkgutil
+import dexterity
+
+names = [module.name for module in pkgutil.walk_packages(dexterity.__path__, "dexterity.")]
+for name in names:
+    importlib.import_module(name)
+print(json.dumps({"file": dexterity.__file__, "version": dexterity.__version__, "modules": names}))
+"""
+
+REFUSED = """
+import importlib, json
+
+refused = []
+for name in NAMES:
+    try:
+        importlib.import_module(name)
+    except ModuleNotFoundError:
+        refused.append(name)
+print(json.dumps(refused))
+"""
+
+VALUES = """
 import json
 import dexterity as dx
 from dexterity import store
@@ -28,9 +70,7 @@ for name in dx.robots.names():
 puma, index = dx.robots.puma560(), dx.indices.Index("manipulability")
 ranking = dx.tasks.rank(dx.robots.uvms(), [[0.1] * 12, [0.2] * 12], "welding")
 print(json.dumps({
-    "file": dx.__file__,
     "in a source tree": store.repository() is not None,
-    "version": dx.__version__,
     "tools": tools,
     "tasks": list(dx.tasks.TASKS),
     "values": ranking.values.tolist(),
@@ -38,6 +78,23 @@ print(json.dumps({
     "source": dx.symbolic.c_source(dx.symbolic.derive(puma, index)),
     "networks": {name: dx.networks.load_shipped(name)([0.1] * 12).item() for name in dx.networks.shipped()},
 }))
+"""
+
+COST = """
+import json, sys, time
+import torch
+
+before, start = set(sys.modules), time.process_time()
+import dexterity
+
+seconds = time.process_time() - start
+print(json.dumps({"seconds": seconds, "new": sorted(set(sys.modules) - before)}))
+"""
+
+TABLE = """
+from dexterity.timing import Timing, table
+
+table([Timing("way", 1, 1.0, 1.0, 1.0)], "way")
 """
 
 
@@ -50,22 +107,47 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Python of a fresh environment with the wheel; what the package depends on is borrowed from this one.
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the wheel and nothing else."""
+    folder = tmp_path_factory.mktemp("installed")
+    run_pip("install", "--no-deps", "--no-index", "--no-compile", "--target", folder, wheel)
+    return folder
 
-    Folders that a .pth file names are searched, but .pth files in them are not read: so the editable
-    install of the source tree, which is such a file, cannot be seen.
-    """
-    folder = tmp_path_factory.mktemp("environment")
-    venv.create(folder, with_pip=False)
-    site_packages = Path(
-        sysconfig.get_path("purelib", "venv", {"base": str(folder), "platbase": str(folder)})
-    )
-    run_pip("install", "--no-deps", "--no-index", "--no-compile", "--target", site_packages, wheel)
-    (site_packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
-    return (
-        Path(sysconfig.get_path("scripts", "venv", {"base": str(folder), "platbase": str(folder)})) / "python"
-    )
+
+@pytest.fixture(scope="module")
+def allowed(installed: Path) -> frozenset[str]:
+    """Top-level modules of all distributions that the wheel depends on without extras."""
+    (own,) = metadata.distributions(path=[str(installed)])
+    direct = needed_by(own)
+    missing = [name for name in direct if not is_installed(name)]
+    assert not missing, "declared dependencies must be in the environment, or the test is blind to them"
+    closure, waiting = set(), direct
+    while waiting:
+        name = waiting.pop()
+        # A distribution that another build of torch needs is not there, and so allows nothing.
+        if name not in closure and is_installed(name):
+            closure.add(name)
+            waiting += needed_by(metadata.distribution(name))
+    modules = {
+        module
+        for module, owners in metadata.packages_distributions().items()
+        if closure & {canonicalize_name(owner) for owner in owners}
+    }
+    return frozenset(modules)
+
+
+def needed_by(distribution: metadata.Distribution) -> list[str]:
+    """Return the distributions that one requires here without any extra, by canonical name."""
+    requirements = map(Requirement, distribution.requires or ())
+    return [
+        canonicalize_name(requirement.name)
+        for requirement in requirements
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""})
+    ]
+
+
+def is_installed(name: str) -> bool:
+    return any(metadata.distributions(name=name))
 
 
 def run_pip(command: str, *arguments: str | Path) -> None:
@@ -76,31 +158,88 @@ def run_pip(command: str, *arguments: str | Path) -> None:
     )
 
 
+class Isolated:
+    """Python with the wheel and its declared dependencies alone."""
+
+    def __init__(self, installed: Path, allowed: frozenset[str], folder: Path) -> None:
+        borrowed = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
+        values = {"ALLOWED": allowed, "INSTALLED": str(installed), "BORROWED": sorted(borrowed)}
+        self.header = _assigned(values) + ISOLATION
+        self.folder = folder
+
+    def run(self, code: str, **values: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-I", "-S", "-c", self.header + _assigned(values) + code],
+            cwd=self.folder,
+            env={name: value for name, value in os.environ.items() if not name.startswith("PYTHON")},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def output(self, code: str, **values: object) -> str:
+        done = self.run(code, **values)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+
+def _assigned(values: Mapping[str, object]) -> str:
+    return "".join(f"{name} = {value!r}\n" for name, value in values.items())
+
+
+@pytest.fixture
+def isolated(installed: Path, allowed: frozenset[str], tmp_path: Path) -> Isolated:
+    return Isolated(installed, allowed, tmp_path)
+
+
 def test_the_wheel_holds_package_data_and_licence_only(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     tops = {name.split("/")[0] for name in names}
     assert tops == {"dexterity", f"dexterity_study-{dx.__version__}.dist-info"}
-    for name in ("py.typed", "_data/tasks.toml", "_data/robots/uvms.toml"):
+    assert {name.split("/")[2] for name in names if name.startswith("dexterity/_data/")} == {
+        "networks", "robots", "tasks.toml",
+    }  # fmt: skip
+    for name in ("py.typed", "scenes/scene.html", "_data/robots/uvms.toml"):
         assert f"dexterity/{name}" in names
-    assert not [name for name in names if "_data/results" in name or "__pycache__" in name]
+    assert not [name for name in names if "__pycache__" in name or "/studies/" in name or "/report/" in name]
     assert {name.split("/")[-1] for name in names if "/licenses/" in name} == {"LICENSE", "NOTICE"}
 
 
-def test_the_installed_wheel_computes_what_the_source_tree_does(environment, tmp_path):
-    variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    report = json.loads(
-        subprocess.run(
-            [environment, "-c", REPORT],
-            cwd=tmp_path,
-            env=variables,
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout
-    )
-    assert Path(report["file"]).resolve().is_relative_to(environment.parents[1].resolve())
-    assert not report["in a source tree"]
+def test_what_is_not_declared_cannot_be_imported(isolated):
+    undeclared = ["pytest", "pandas", "sklearn", "onnx", "dexterity_study"]
+    declared = ["torch", "scipy", "meshcat", "umsgpack"]
+    refused = json.loads(isolated.output(REFUSED, NAMES=undeclared + declared))
+    assert refused == undeclared
+
+
+def test_every_module_imports_with_the_declared_dependencies(isolated, installed):
+    report = json.loads(isolated.output(IMPORTS))
+    assert Path(report["file"]).resolve().is_relative_to(installed.resolve())
     assert report["version"] == dx.__version__
+    files = {path.relative_to(installed) for path in installed.glob("dexterity/**/*.py")}
+    modules = {".".join(file.with_suffix("").parts).removesuffix(".__init__") for file in files}
+    assert set(report["modules"]) == modules - {"dexterity"}
+    assert {f"dexterity.{name}" for name in dx.__all__} - {"dexterity.Chain"} <= modules
+
+
+def test_the_quickstart_of_the_readme_runs(isolated):
+    text = (store.repository() / "README.md").read_text("utf-8")
+    (quickstart,) = re.findall(r"^## Quickstart.*?(?=^## )", text, flags=re.MULTILINE | re.DOTALL)
+    blocks = re.findall(r"^```python\n(.*?)^```", quickstart, flags=re.MULTILINE | re.DOTALL)
+    assert len(blocks) >= 5
+    assert isolated.output("\n".join(blocks))
+    assert (isolated.folder / "w.npz").exists()
+
+
+def test_a_missing_extra_is_named(isolated):
+    done = isolated.run(TABLE)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].startswith("ImportError: tables of timings need pandas: pip install")
+
+
+def test_the_wheel_computes_what_the_source_tree_does(isolated):
+    report = json.loads(isolated.output(VALUES))
+    assert not report["in a source tree"]
     assert tuple(report["tools"]) == dx.robots.names()
     for name, tool in report["tools"].items():
         chain = dx.robots.build(dx.robots.describe(name))
@@ -114,3 +253,11 @@ def test_the_installed_wheel_computes_what_the_source_tree_does(environment, tmp
     assert tuple(report["networks"]) == dx.networks.shipped()
     for name, value in report["networks"].items():
         assert dx.networks.load_shipped(name)([0.1] * 12).item() == value
+
+
+def test_the_import_is_light(isolated):
+    cost = json.loads(isolated.output(COST))
+    # Processor seconds beyond torch's own import, which a busy machine does not stretch.
+    assert cost["seconds"] <= 1.0
+    heavy = {"joblib", "matplotlib", "meshcat", "mpmath", "pandas", "scipy", "sympy"}
+    assert not heavy & set(cost["new"])

@@ -269,8 +269,8 @@ class Chain:
     def joint_frames(self, q: TensorLike) -> Float64[Tensor, "*batch n 4 4"]:
         """Pose in the world of a frame on each joint after it has moved, z along the joint's axis.
 
-        The origin of the first frame is the point of its axis nearest to the world's origin, that of
-        each further frame the point of its axis nearest to the origin before, all at home.
+        At home, the origin of the first frame is the point of its axis nearest to the world's origin. The
+        origin of each further frame is the point of its axis nearest to the origin of the previous frame.
 
         Parameters
         ----------

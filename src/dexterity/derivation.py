@@ -1,10 +1,44 @@
 """Jacobians and dexterity indices of a chain, derived in sines and cosines of its joints.
 
-Any chain is derived, its lengths numbers or symbols. The Jacobian is taken in the axes of a link in the
-middle of the chain and about a point in its middle, which leaves both indices what they are and makes
-every expression short; neighbouring parallel axes turn by the sum of their angles. Joints whose motion leaves
-the picture as it is then appear in no step, because nothing needed them; joints that cancel by an
-identity of sines and cosines only are not recognised.
+The lengths of the chain are numbers or symbols. A rotation of the axes changes neither index, and w does
+not depend on the reference point either. The Jacobian is therefore written in the axes of the link, and for
+w about the point, that give the fewest operations. Neighbouring parallel axes become one rotation by the sum
+of their angles. Joints on which the Jacobian does not depend appear in no step. Joints that cancel only by
+an identity of sines and cosines are not recognised.
+
+Examples
+--------
+A planar arm with links of 0.5 m and 0.25 m. Its Jacobian about the tool is shortest in the axes of link 1,
+which turn with q1, so that q1 is not needed:
+
+>>> from dexterity.chain import Chain
+>>> from dexterity.indices import Index
+>>> arm = Chain.from_dh([{"a": 0.5}, {"a": 0.25}])
+>>> derivation = derive(arm, Index("kinematic_conditioning", "geometric"))
+>>> derivation.link, derivation.reference, derivation.matters
+(1, 3, (2,))
+
+The recorded program names each expression once. The vector from joint 2 to the tool is (x4, x5), from
+joint 1 it is (x6, x5). x2 and x3 named expressions that no output needs:
+
+>>> for name, expression in derivation.jacobian.steps:
+...     print(name, "=", expression.evalf(3))
+x0 = sin(q2)
+x1 = cos(q2)
+x4 = 0.25*x1
+x5 = 0.25*x0
+x6 = x4 + 0.5
+
+Its outputs are the 6 × 2 Jacobian [v; ω] row by row. Both joints turn about z:
+
+>>> for i in range(0, 12, 2):
+...     print(derivation.jacobian.outputs[i : i + 2])
+(-x5, -x5)
+(x6, x4)
+(0, 0)
+(0, 0)
+(0, 0)
+(1, 1)
 
 References
 ----------
@@ -81,7 +115,7 @@ class SymbolicChain:
 
     @classmethod
     def from_chain(cls, chain: Chain) -> SymbolicChain:
-        """Take a chain with its numbers; what misses an integer by rounding only becomes that integer."""
+        """Take a chain of numbers; a number within rounding of an integer becomes that integer."""
         return cls._from_parts(chain, exact(chain.screws.numpy()), exact(chain.home.numpy()))
 
     @classmethod
@@ -109,6 +143,8 @@ class SymbolicChain:
         for kind, screw in zip(chain.kinds, screws, strict=True):
             v, omega = screw[:3], screw[3:]
             if kind == "revolute":
+                # Of each axis the point nearest to the point before, for many zeros in the vectors between
+                # them: ω × v is nearest to the world's origin, the rest lies along the axis.
                 nearest = np.cross(omega, v)
                 before = _tidy(nearest + omega * (omega @ (before - nearest)))
             axes.append(tuple(v if kind == "prismatic" else omega))
@@ -191,7 +227,9 @@ class Derivation:
         Jacobian of the index; neither changes the index.
         """
         record = Recorder("x")
-        columns = _columns(record, self.chain, self.joint_rates, self.joint_values, self.link, self.reference)
+        columns = _jacobian_columns(
+            record, self.chain, self.joint_rates, self.joint_values, self.link, self.reference
+        )
         return record.program(self.joint_values, [x for row in zip(*columns, strict=True) for x in row])
 
     @cached_property
@@ -338,6 +376,7 @@ def derive(chain: Chain | SymbolicChain, index: Index) -> Derivation:
 
     everywhere = range(chain.joints + 1)
     if index.name == "manipulability":  # the same about every point and in all axes
+        # Two short searches in place of all pairs: the link, with its own two points, then the point.
         beside = [(k, p) for k in everywhere for p in (k, k + 1) if 1 <= p <= chain.joints]
         link, _ = _shortest(chain, joint_rates, beside)
         link, reference = _shortest(chain, joint_rates, [(link, p) for p in range(1, chain.joints + 1)])
@@ -352,14 +391,14 @@ def derive(chain: Chain | SymbolicChain, index: Index) -> Derivation:
 
 
 def _shortest(
-    chain: SymbolicChain, rates: Sequence[float], places: Iterable[tuple[int, int]]
+    chain: SymbolicChain, rates: Sequence[float], places: Sequence[tuple[int, int]]
 ) -> tuple[int, int]:
     """Link and reference point about which the Jacobian takes the fewest operations."""
     q = _joint_values(chain)
 
     def cost(place: tuple[int, int]) -> int:
         record = Recorder()
-        columns = _columns(record, chain, rates, q, *place)
+        columns = _jacobian_columns(record, chain, rates, q, *place)
         program = record.program(q, [x for column in columns for x in column])
         return operations.count(expression for _, expression in program.steps).total
 
@@ -370,7 +409,7 @@ def _joint_values(chain: SymbolicChain) -> tuple[Symbol, ...]:
     return sympy.symbols(f"q1:{chain.joints + 1}", real=True)
 
 
-def _columns(
+def _jacobian_columns(
     record: Recorder,
     chain: SymbolicChain,
     rates: Sequence[float],
@@ -379,21 +418,23 @@ def _columns(
     reference: int,
 ) -> Matrix:
     """Columns [v; ω] times the joint rates; translations that weigh all directions alike come last."""
-    walk = _Walk(record, chain, q, link)
+    geometry = _GeometryInLink(record, chain, q, link)
     turning, sliding, alike = [], [], []
     for i, kind in enumerate(chain.kinds):
         if kind == "revolute" and rates[i]:
-            axis = walk.axes[i]
-            linear = _cross(walk.between(reference, i + 1), axis)
+            axis = geometry.axes[i]
+            # v = ω × (reference − point) = (point − reference) × ω
+            linear = _cross(geometry.between(reference, i + 1), axis)
             turning.append(record.all(_number(rates[i]) * record(x) for x in (*linear, *axis)))
     for group in _neighbouring_translations(chain.kinds):
         common = _common_rate([chain.axes[i] for i in group], [rates[i] for i in group])
         if common is not None:
+            # Three slides whose JJᵀ is a multiple of the identity have it in all axes: no rotation is needed.
             alike += [[_number(common) * int(i == j) for j in range(6)] for i in range(3)]
         else:
             moving = [i for i in group if rates[i]]
             sliding += [
-                record.all(_number(rates[i]) * x for x in walk.axes[i]) + [S.Zero] * 3 for i in moving
+                record.all(_number(rates[i]) * x for x in geometry.axes[i]) + [S.Zero] * 3 for i in moving
             ]
     return turning + sliding + alike
 
@@ -413,36 +454,39 @@ def _common_rate(axes: Sequence[Vector], rates: Sequence[float]) -> float | None
     return math.sqrt(common) if common > 0 and alike else None
 
 
-class _Walk:
-    """Axes of all joints, and the ways between their points, in the axes of one link.
+class _GeometryInLink:
+    """Axes of all joints, and vectors between their points, in the axes of one link.
 
-    The chain is walked from that link outwards, in both directions. A joint's axis is not turned by the
-    joint itself, so each is seen past the joints between it and the link only.
+    Rotations are multiplied from that link outwards, in both directions. A joint does not turn its own axis,
+    so that an axis depends only on the joints between it and the link.
     """
 
     def __init__(self, record: Recorder, chain: SymbolicChain, q: Sequence[Symbol], link: int) -> None:
         self._record = record
-        self._turned: dict[int, Matrix] = {link: [[S(int(i == j)) for j in range(3)] for i in range(3)]}
+        self._rotations: dict[int, Matrix] = {link: [[S(int(i == j)) for j in range(3)] for i in range(3)]}
         self.axes: dict[int, list[Expr]] = {}
-        self._walk(chain, [(i, i, i + 1, q[i]) for i in range(link, chain.joints)])
-        self._walk(chain, [(i, i + 1, i, -q[i]) for i in reversed(range(link))])
+        self._rotate_past(chain, [(i, i, i + 1, q[i]) for i in range(link, chain.joints)])
+        self._rotate_past(chain, [(i, i + 1, i, -q[i]) for i in reversed(range(link))])
 
         points = [(S.Zero,) * 3, *chain.points, chain.tool]
-        self._ways = []
+        self._steps = []
         for i, (start, end) in enumerate(pairwise(points)):
-            way = _tidy(np.subtract(end, start))
+            step = _tidy(np.subtract(end, start))
+            # A slide carries all that follows it along its axis.
             if i > 0 and chain.kinds[i - 1] == "prismatic":
-                way = way + q[i - 1] * np.array(chain.axes[i - 1])
-            self._ways.append(
-                _apply(record, self._turned[self._nearest(chain, link, i, list(way))], list(way))
-            )
+                step = step + q[i - 1] * np.array(chain.axes[i - 1])
+            nearest = self._nearest_link(chain, link, i, list(step))
+            self._steps.append(_apply(record, self._rotations[nearest], list(step)))
 
     @staticmethod
-    def _nearest(chain: SymbolicChain, link: int, i: int, way: Sequence[Expr]) -> int:
-        """Link nearest to `link` on which a way of link i stays; along an axis it stays on both links."""
-        while i > link and _parallel(chain.axes[i - 1], way):
+    def _nearest_link(chain: SymbolicChain, link: int, i: int, vector: Sequence[Expr]) -> int:
+        """Link nearest to `link` in which a vector of link i is constant too.
+
+        A vector along the axis of a joint is the same in both links of that joint: no rotation is needed.
+        """
+        while i > link and _parallel(chain.axes[i - 1], vector):
             i -= 1
-        while i < link and _parallel(chain.axes[i], way):
+        while i < link and _parallel(chain.axes[i], vector):
             i += 1
         return i
 
@@ -450,20 +494,22 @@ class _Walk:
         """Vector from one point to another: 0 the world's origin, i on joint i, n + 1 the tool."""
         if start > end:
             return [-x for x in self.between(end, start)]
-        way = [S.Zero] * 3
-        for step in reversed(self._ways[start:end]):
-            way = self._record.all(a + b for a, b in zip(step, way, strict=True))
-        return way
+        # Summed from the end, so that the vectors to the tool from different joints share their sums.
+        vector = [S.Zero] * 3
+        for step in reversed(self._steps[start:end]):
+            vector = self._record.all(a + b for a, b in zip(step, vector, strict=True))
+        return vector
 
-    def _walk(self, chain: SymbolicChain, joints: Iterable[tuple[int, int, int, Expr]]) -> None:
-        """Pass joints (number, link before, link behind, angle), neighbours that are parallel by one turn."""
+    def _rotate_past(self, chain: SymbolicChain, joints: Iterable[tuple[int, int, int, Expr]]) -> None:
+        """Rotations behind joints (number, link before, link behind, angle), one for parallel neighbours."""
         base: Matrix = []
         along: Sequence[Expr] = ()
         angle = S.Zero
         for i, before, behind, value in joints:
-            axis, rotation = chain.axes[i], self._turned[before]
+            axis, rotation = chain.axes[i], self._rotations[before]
             self.axes[i] = _apply(self._record, rotation, axis)
             if chain.kinds[i] == "revolute":
+                # Parallel to the joint before: its rotation is replaced by one about the sum of the angles.
                 if along == axis:
                     angle = angle + value
                 elif along == tuple(-x for x in axis):
@@ -471,11 +517,12 @@ class _Walk:
                 else:
                     base, along, angle = rotation, axis, value
                 rotation = _product(self._record, base, _rotation(self._record, along, angle))
-            self._turned[behind] = rotation
+            self._rotations[behind] = rotation
 
 
 def _rotation(record: Recorder, axis: Sequence[Expr], angle: Expr) -> Matrix:
     """Rodrigues' formula; Murray, Li & Sastry (1994), Eq. 2.14."""
+    # Of q and −q only q is used, so that both directions of the chain share its sine.
     if angle.could_extract_minus_sign():
         axis, angle = [-x for x in axis], -angle
     x, y, z = axis
@@ -516,7 +563,7 @@ def _triangle(entries: Sequence[Expr]) -> Matrix:
 
 
 def exact(array: np.ndarray) -> np.ndarray:
-    """Numbers as sympy's, integers where only rounding is missing."""
+    """Convert numbers to sympy's; a number within rounding of an integer becomes that integer."""
     return np.array([_number(x) for x in array.ravel()], dtype=object).reshape(array.shape)
 
 

@@ -128,9 +128,11 @@ def describe(name: str) -> Description:
     ValueError
         If there is no robot of that name; the nearest names are given.
     """
-    if name not in names():
+    path = store.data_path("robots") / f"{name}.toml"
+    # Only its own file is read, unless the name is unknown.
+    if Path(name).name != name or not path.is_file() or not _has_joints(path):
         raise ValueError(f"name is {name!r}; {_nearest(name, names())}")
-    return read_description(store.data_path("robots", f"{name}.toml"))
+    return read_description(path)
 
 
 def _nearest(name: str, known: Iterable[str]) -> str:

@@ -10,6 +10,7 @@ import importlib.metadata
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
 import torch
@@ -213,16 +214,15 @@ def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
         If the folder for generated code cannot be written.
     """
     chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
-    key = store.content_key(chain.numbers(), index, _generator_key())
+    key = store.content_key(chain.numbers(), index, _generator_key(store.PACKAGE))
     return cached_source(key, lambda: c_source(derive(chain, index)))
 
 
 @cache
-def _generator_key() -> str:
-    """Name everything that a generated source depends on besides the chain and the index."""
-    modules = ("derivation.py", "elimination.py", "operations.py", "program.py")
-    paths = [*(store.PACKAGE / name for name in modules), *sorted(store.PACKAGE.glob("codegen/**/*.*"))]
-    contents = [path.read_bytes() for path in paths if path.suffix in (".py", ".in")]
+def _generator_key(package: Path) -> str:
+    """Name the code that generates sources: all modules and templates of the package, and sympy's version."""
+    paths = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".in"))
+    contents = {path.relative_to(package).as_posix(): path.read_bytes() for path in paths}
     return store.content_key(contents, importlib.metadata.version("sympy"))
 
 
@@ -233,9 +233,11 @@ def _in_torch(derivation: Derivation, backend: Backend) -> Engine:
     engines = {"manipulability": _ManipulabilityInTorch, "kinematic_conditioning": _ConditioningInTorch}
     engine = engines[derivation.index.name](derivation, inductor=backend == "inductor")
     if backend == "inductor":
+        from torch._dynamo.exc import BackendCompilerFailed  # its import takes most of a second
+
         try:
             engine.values(torch.zeros(8, derivation.chain.joints, dtype=torch.float64))
-        except Exception as error:
+        except BackendCompilerFailed as error:
             raise CompilationFailed(
                 f"torch.compile failed, as it does without a C++ compiler ({error}); "
                 'backend="torch" needs none'

@@ -3,6 +3,7 @@
 import ctypes
 import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import torch
 from torch.testing import assert_close
 
 import dexterity as dx
-from dexterity import symbolic
+from dexterity import store, symbolic
 from dexterity.codegen import library
 from dexterity.indices import Index
 from dexterity.symbolic import CompilationFailed
@@ -76,9 +77,7 @@ def test_nothing_is_compiled_twice(cache, compiler, tmp_path):
     assert kept(cache) == [".so", ".so"]
 
 
-def test_an_index_that_was_compiled_is_neither_derived_nor_compiled_again(
-    cache, compiler, monkeypatch, tmp_path
-):
+def test_a_kept_index_is_neither_derived_nor_compiled_again(cache, compiler, monkeypatch, tmp_path):
     log = tmp_path / "log"
     compiler(f'echo "$*" >> {log}\nreal "$@"')
     first = symbolic.compile_index(PUMA, W, "c")
@@ -92,6 +91,27 @@ def test_an_index_that_was_compiled_is_neither_derived_nor_compiled_again(
     assert kept(cache) == [".c", ".so"]
     q = torch.ones(6, dtype=torch.float64)
     assert_close(second(q), first(q), rtol=0, atol=0)
+
+
+def test_a_change_of_any_module_or_template_changes_the_key(tmp_path):
+    copy = tmp_path / "package"
+    shutil.copytree(store.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "_data"))
+
+    def key() -> str:
+        return symbolic._generator_key.__wrapped__(copy)
+
+    before = key()
+    assert before == symbolic._generator_key.__wrapped__(store.PACKAGE)
+    # One file of each kind in each folder; all files of a folder are read alike.
+    files = {(path.parent, path.suffix): path for path in copy.rglob("*") if path.suffix in (".py", ".in")}
+    assert {path.parent.name for path in files.values()} >= {"package", "codegen", "templates", "crane"}
+    for path in files.values():
+        content = path.read_bytes()
+        path.write_bytes(content + b"\n")
+        assert key() != before, path
+        path.write_bytes(content)
+    (copy / "moved.py").write_text("")
+    assert key() != before
 
 
 def test_another_chain_index_or_limit_is_another_entry(cache):
@@ -131,20 +151,20 @@ def test_many_may_compile_the_same_at_once(cache):
     assert kept(cache) == [".so"]
 
 
-def test_a_compiled_index_is_ready_within_a_second_in_a_new_process(cache, monkeypatch):
+def test_a_kept_index_is_ready_within_a_second(cache, monkeypatch):
     monkeypatch.undo()  # the other process has the library's own flags
     monkeypatch.setenv("DEXTERITY_CACHE", str(cache))
     value = symbolic.compile_index(PUMA, W, "c")([1.0] * 6).item()
     script = textwrap.dedent("""
         import time
         import dexterity as dx
-        from dexterity import symbolic
+        from dexterity import store, symbolic
         from dexterity.indices import Index
 
         puma, index = dx.robots.puma560(), Index("manipulability")
-        start = time.perf_counter()
+        start = time.process_time()  # of this process alone, whatever else the machine does
         value = symbolic.compile_index(puma, index, "c")([1.0] * 6).item()
-        print(time.perf_counter() - start, value)
+        print(time.process_time() - start, value)
     """)
     run = subprocess.run([sys.executable, "-c", script], text=True, capture_output=True, check=True)
     seconds, again = map(float, run.stdout.split())
@@ -174,7 +194,7 @@ def test_a_compiler_may_be_named_with_arguments(monkeypatch):
     assert library.compiled_library(source).twice(21) == 21
 
 
-def test_flags_for_the_processor_are_left_out_where_the_compiler_refuses_them(compiler, tmp_path):
+def test_flags_that_the_compiler_refuses_are_left_out(compiler, tmp_path):
     log = tmp_path / "log"
     compiler(f"""
         echo "$*" >> {log}

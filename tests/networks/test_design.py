@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import cache
 
 import joblib
 import pytest
@@ -14,13 +15,15 @@ from dexterity.networks import design, levenberg_marquardt
 from dexterity.networks.design import End, FeedForwardOptions, design_all, design_feed_forward
 from dexterity.networks.levenberg_marquardt import Stop
 from dexterity.networks.problem import DesignProblem, largest_relative_error
-from dexterity.networks.trials import TrialStore
 
 PROBLEM = small_problem()
 
 
-def designed(problem=PROBLEM, **change):
+def design_anew(problem=PROBLEM, **change):
     return design_feed_forward(problem, dataclasses.replace(SMALL, **change), progress=False)
+
+
+designed = cache(design_anew)
 
 
 def sizes(outcome):
@@ -56,7 +59,7 @@ def test_a_goal_ends_trainings():
 
 def test_a_test_that_none_passes_is_told():
     outcome = designed(testing_error=0.0, neuron_limit=3)
-    assert outcome.end is End.NEURONS
+    assert outcome.end is End.EXHAUSTED
     assert not outcome.success
     assert sizes(outcome) == [1, 2, 3]
     assert outcome.best.testing_error == min(trial.testing_error for trial in outcome.trials)
@@ -65,7 +68,7 @@ def test_a_test_that_none_passes_is_told():
     )
 
 
-def test_a_sweep_goes_through_all_sizes_and_keeps_the_smallest_that_passes():
+def test_a_full_sweep_keeps_the_smallest_size_that_passes():
     first, all_sizes = designed(), designed(sweep="all")
     assert sizes(all_sizes) == list(range(1, SMALL.neuron_limit + 1))
     assert all_sizes.best == first.best
@@ -80,7 +83,7 @@ def test_sizes_may_be_left_out():
 
 
 def test_seeds_decide():
-    assert designed() == designed()
+    assert design_anew() == designed()
     assert designed(seed=1).trials != designed().trials
     seeds = [trial.seed for seed in range(3) for trial in designed(seed=seed).trials]
     assert len(set(seeds)) == len(seeds)
@@ -108,34 +111,32 @@ def interrupt_after(monkeypatch, steps):
     monkeypatch.setattr(levenberg_marquardt._State, "step", interrupted)
 
 
-def test_an_interrupt_returns_the_best_so_far(monkeypatch, tmp_path):
+def test_an_interrupt_returns_the_best_so_far(monkeypatch):
     interrupt_after(monkeypatch, 60)
     options = dataclasses.replace(SMALL, testing_error=0.0)
-    outcome = design_feed_forward(PROBLEM, options, trials=TrialStore(tmp_path), progress=False)
+    outcome = design_feed_forward(PROBLEM, options, progress=False)
     assert outcome.end is End.INTERRUPTED
     assert sizes(outcome) == [1, 2, 3]
     assert {trial.stop for trial in outcome.trials if trial.neurons == 3} == {Stop.INTERRUPTED}
     assert outcome.best.testing_error == min(trial.testing_error for trial in outcome.trials)
-    # What was not finished is not kept.
-    assert len(list(tmp_path.iterdir())) == 2
 
 
 @pytest.mark.parametrize("finished", [0, 2])
 def test_an_interrupt_between_trainings(monkeypatch, finished):
-    trained, calls = design._Loop.trained, []
+    size, calls = design._Loop.size, []
 
     def interrupted(*arguments):
         calls.append(arguments)
         if len(calls) > finished:
             raise KeyboardInterrupt
-        return trained(*arguments)
+        return size(*arguments)
 
-    monkeypatch.setattr(design._Loop, "trained", interrupted)
+    monkeypatch.setattr(design._Loop, "size", interrupted)
     if finished:
-        assert sizes(designed(testing_error=0.0)) == [1, 2]
+        assert sizes(design_anew(testing_error=0.0)) == [1, 2]
     else:
         with pytest.raises(KeyboardInterrupt):
-            designed()
+            design_anew()
 
 
 # ---- many at a time --------------------------------------------------------------------------------
@@ -147,6 +148,11 @@ RUNS = [
 ]
 
 
+@cache
+def one_by_one():
+    return tuple(design_feed_forward(*run, progress=False) for run in RUNS)
+
+
 def bytes_of(designs):
     return [
         tensor.numpy().tobytes() for outcome in designs for tensor in outcome.network.state_dict().values()
@@ -154,7 +160,7 @@ def bytes_of(designs):
 
 
 def test_many_are_as_one_by_one_in_every_backend(capsys):
-    alone = tuple(design_feed_forward(*run, progress=False) for run in RUNS)
+    alone = one_by_one()
     assert design_all(RUNS, progress=False) == alone
     with joblib.parallel_config(backend="threading"):
         in_threads = design_all(RUNS, n_jobs=3, progress=False)
@@ -167,8 +173,8 @@ def test_many_are_as_one_by_one_in_every_backend(capsys):
 
 def test_many_on_a_local_cluster_of_dask():
     """Its workers are threads here, so that they need not import everything again."""
-    alone = design_all(RUNS, progress=False)
-    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None)
+    alone = one_by_one()
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0")
     with cluster, Client(cluster), joblib.parallel_config(backend="dask"):
         on_the_cluster = design_all(RUNS, n_jobs=-1, progress=False)
     assert on_the_cluster == alone
@@ -176,15 +182,13 @@ def test_many_on_a_local_cluster_of_dask():
 
 
 def test_many_in_processes():
-    runs = RUNS[1:]
-    in_processes = design_all(runs, n_jobs=2, progress=False)
-    assert in_processes == design_all(runs, progress=False)
+    assert design_all(RUNS[1:], n_jobs=2, progress=False) == one_by_one()[1:]
     joblib.externals.loky.get_reusable_executor().shutdown(wait=True)
 
 
 def test_threads_are_as_before():
     before = torch.get_num_threads()
-    designed(neuron_limit=1)
+    design_anew(neuron_limit=1)
     assert torch.get_num_threads() == before
 
 

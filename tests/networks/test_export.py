@@ -526,5 +526,7 @@ def test_a_model_is_a_file_with_the_card(tmp_path, rng):
 
 def test_without_onnx_it_is_said_what_is_missing(rng, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnx", None)
-    with pytest.raises(ImportError, match=r"^ONNX models need the package onnx: pip install onnx"):
+    with pytest.raises(
+        ImportError, match=r"^ONNX models need the package onnx: pip install dexterity-study\[onnx\]"
+    ):
         export.onnx_model(feed_forward(rng, "identity"))

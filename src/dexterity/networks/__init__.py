@@ -2,6 +2,7 @@
 
 from dexterity.networks import (
     baselines,
+    card,
     design,
     domain,
     export,
@@ -14,7 +15,7 @@ from dexterity.networks import (
     pruning,
     radial_basis,
     recipes,
-    trials,
+    train,
     validation,
     worst_case,
 )
@@ -23,6 +24,7 @@ from dexterity.networks.files import NetworkFileError, load, load_shipped, save,
 __all__ = [
     "NetworkFileError",
     "baselines",
+    "card",
     "design",
     "domain",
     "export",
@@ -39,7 +41,7 @@ __all__ = [
     "recipes",
     "save",
     "shipped",
-    "trials",
+    "train",
     "validation",
     "worst_case",
 ]

@@ -162,7 +162,7 @@ def trees(view: View, train: DataSet, seed: int = 0) -> Trees:
     try:
         from sklearn.ensemble import HistGradientBoostingRegressor
     except ImportError as error:
-        raise ImportError("boosted trees need scikit-learn: pip install scikit-learn") from error
+        raise ImportError("boosted trees need scikit-learn: pip install dexterity-study[trees]") from error
     model = HistGradientBoostingRegressor(max_iter=1000, early_stopping=True, random_state=seed)
     model.fit(np.asarray(view(train.q)), np.asarray(train.values))
     return Trees(view, model)

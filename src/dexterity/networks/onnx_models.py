@@ -201,5 +201,5 @@ def _onnx() -> Any:
     try:
         import onnx
     except ImportError as error:
-        raise ImportError("ONNX models need the package onnx: pip install onnx") from error
+        raise ImportError("ONNX models need the package onnx: pip install dexterity-study[onnx]") from error
     return onnx

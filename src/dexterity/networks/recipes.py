@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import torch
 
 from dexterity import sampling
+from dexterity.networks import train
 from dexterity.networks.feed_forward import FeedForward, Readout
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
@@ -95,32 +96,30 @@ def prepare(
         If there are no seeds, an input of the view does not vary in the space, or the index does not fit
         the readout.
     """
-    if not seeds:
-        raise ValueError("seeds is empty; at least one is needed")
     with one_thread():
         q = sampling.sobol(space, recipe.rows, rows_seed, recipe.overhang)
         data = DataSet(q, index(q))
-        networks = [
-            FeedForward.untrained(
-                view, recipe.neurons, data.q, data.values, torch.Generator().manual_seed(seed), recipe.readout
-            )
-            for seed in seeds
-        ]
-        networks = _trained(networks, data, recipe.epochs)
+        trainings = train.for_seeds(
+            view,
+            recipe.neurons,
+            data.q,
+            data.values,
+            seeds,
+            Options(epochs=recipe.epochs),
+            readout=recipe.readout,
+        )
+        networks = [training.network for training in trainings]
         for number in range(1, recipe.rounds + 1):
             search = Search(starts=math.ceil(recipe.worst_points / len(networks)), steps=_STEPS)
             worst = [worst_points(one, index, space, search, rows_seed + number) for one in networks]
             data = _joined([data, *worst])
-            networks = _trained(networks, data, recipe.round_epochs)
+            further = Options(epochs=recipe.round_epochs)
+            trainings = levenberg_marquardt(networks, data.q, data.values, further)
+            networks = [training.network for training in trainings]
     return tuple(networks)
 
 
 _STEPS = 30  # a worst point to train on need not be the very top of its hill
-
-
-def _trained(networks: Sequence[FeedForward], data: DataSet, epochs: int) -> list[FeedForward]:
-    trainings = levenberg_marquardt(networks, data.q, data.values, Options(epochs=epochs))
-    return [training.network for training in trainings]
 
 
 def _joined(sets: Sequence[DataSet]) -> DataSet:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from dexterity.store import write_atomically
 from dexterity.timing.measurement import Ratio, Timing, ratio, three_digits
+
+if TYPE_CHECKING:
+    import pandas
 
 __all__ = ["readable", "table", "to_csv", "to_markdown", "write"]
 
 _NANOSECONDS = 1e9
 
 
-def table(timings: Sequence[Timing], reference: str) -> pd.DataFrame:
+def table(timings: Sequence[Timing], reference: str) -> pandas.DataFrame:
     """Set timings beside a reference, one row for each under its name.
 
     Parameters
@@ -32,6 +34,8 @@ def table(timings: Sequence[Timing], reference: str) -> pd.DataFrame:
 
     Raises
     ------
+    ImportError
+        If pandas is missing.
     ValueError
         If no timing, or more than one, has the reference's name.
     """
@@ -48,10 +52,11 @@ def table(timings: Sequence[Timing], reference: str) -> pd.DataFrame:
         "ratio": [ratio.value for ratio in ratios],
         "distinguishable": [ratio.distinguishable for ratio in ratios],
     }
-    return pd.DataFrame(columns, index=pd.Index([timing.name for timing in timings], name="way"))
+    pandas = _pandas()
+    return pandas.DataFrame(columns, index=pandas.Index([timing.name for timing in timings], name="way"))
 
 
-def readable(table: pd.DataFrame) -> pd.DataFrame:
+def readable(table: pandas.DataFrame) -> pandas.DataFrame:
     """Write the numbers of a table to three digits, for a page.
 
     Parameters
@@ -61,7 +66,7 @@ def readable(table: pd.DataFrame) -> pd.DataFrame:
     """
     ratios = zip(table["ratio"], table["distinguishable"], strict=True)
     quartiles = zip(table["lower"], table["upper"], strict=True)
-    return pd.DataFrame(
+    return _pandas().DataFrame(
         {
             "configurations": [f"{number:,}" for number in table["configurations"]],
             "median [ns]": [three_digits(median) for median in table["median"]],
@@ -73,7 +78,7 @@ def readable(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def to_csv(table: pd.DataFrame, conditions: Mapping[str, str]) -> str:
+def to_csv(table: pandas.DataFrame, conditions: Mapping[str, str]) -> str:
     """Write a table as CSV, below its conditions in lines that begin with ``#``.
 
     ``pandas.read_csv(..., comment="#")`` reads it; times are in nanoseconds to six digits.
@@ -89,7 +94,7 @@ def to_csv(table: pd.DataFrame, conditions: Mapping[str, str]) -> str:
     return "".join(f"# {key}: {value}\n" for key, value in conditions.items()) + rows
 
 
-def to_markdown(table: pd.DataFrame, conditions: Mapping[str, str], title: str) -> str:
+def to_markdown(table: pandas.DataFrame, conditions: Mapping[str, str], title: str) -> str:
     """Write a table as Markdown below its title, its conditions at the end."""
     texts = readable(table).reset_index()
     lines = [list(texts.columns), ["---"] * len(texts.columns), *texts.to_numpy().tolist()]
@@ -100,7 +105,7 @@ def to_markdown(table: pd.DataFrame, conditions: Mapping[str, str], title: str) 
     return f"{title}\n\n{rows}\n\nMeasured with: {measured}.\n"
 
 
-def write(stem: Path, table: pd.DataFrame, conditions: Mapping[str, str], title: str) -> None:
+def write(stem: Path, table: pandas.DataFrame, conditions: Mapping[str, str], title: str) -> None:
     """Write a table into `stem`.csv and `stem`.md, each as a whole.
 
     Raises
@@ -112,3 +117,11 @@ def write(stem: Path, table: pd.DataFrame, conditions: Mapping[str, str], title:
     """
     write_atomically(stem.with_name(f"{stem.name}.csv"), to_csv(table, conditions))
     write_atomically(stem.with_name(f"{stem.name}.md"), to_markdown(table, conditions, title))
+
+
+def _pandas() -> Any:
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError("tables of timings need pandas: pip install dexterity-study[timing]") from error
+    return pandas

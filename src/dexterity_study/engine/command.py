@@ -107,7 +107,8 @@ def _unstored(experiment: Experiment) -> Iterator[str]:
 
 def _lock(expression: str) -> None:
     """Record the present state of tasks in `pytask.lock`."""
-    command = [sys.executable, "-m", "pytask", "lock", "accept", "--yes", "-k", expression]
+    tasks = Path(__file__).with_name("task_evidence.py")
+    command = [sys.executable, "-m", "pytask", "lock", "accept", "--yes", "-k", expression, str(tasks)]
     done = subprocess.run(command, cwd=_root(), capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode != ExitCode.OK:
         raise RuntimeError(f"pytask could not record the state of {expression}:\n{done.stdout}")

@@ -6,27 +6,51 @@ import csv
 import io
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import torch
 
 from dexterity import store
-from dexterity_study.engine import card, evidence
+from dexterity_study.engine import card, evidence, sources
 from dexterity_study.engine.experiment import Experiment
 from dexterity_study.engine.table import summaries, to_csv, to_npz
 
 
+class SourceChanged(RuntimeError):  # noqa: N818 -- it says what happened
+    """Source was edited while it ran, so that nobody can say what made the result."""
+
+
 def run(chapter: str, name: str, reading: str, seed: int) -> None:
-    """Run an experiment on one thread and store its rows, its arrays and its card."""
+    """Run an experiment on one thread and store its rows, its arrays and its card.
+
+    Raises
+    ------
+    SourceChanged
+        If a file that the experiment uses has changed since this process first used it; nothing is stored.
+    """
     experiment = evidence.experiments(chapter)[name]
+    _require_unchanged(experiment)
     torch.set_num_threads(1)
     started = time.perf_counter()
     table = experiment(seed, reading)
     seconds = time.perf_counter() - started
+    _require_unchanged(experiment)
     place = evidence.files(experiment, reading, seed)
     store.write_atomically(place.rows, to_csv(table))
     if experiment.arrays:
         store.write_atomically(place.arrays, to_npz(table.arrays[reading, seed]))
     card.write(place.card, {"made": card.made(experiment.module, seconds)})
+
+
+_SEEN: dict[Path, str] = {}
+"""Fingerprints of source files when this process first ran an experiment that uses them."""
+
+
+def _require_unchanged(experiment: Experiment) -> None:
+    for file in sources.closure(experiment.module).values():
+        now = sources.fingerprint(file)
+        if _SEEN.setdefault(file, now) != now:
+            raise SourceChanged(f"{file.name} has changed while {experiment.chapter} ran; run it again")
 
 
 def run_probe(chapter: str, name: str) -> None:

@@ -1,8 +1,8 @@
 """The networks that come with the package: how they are made, chosen and described.
 
-``python -m dexterity.studies.shipment [NAME …]`` trains candidates, chooses among them by the worst case that
+``python -m dexterity_study.shipment [NAME …]`` trains candidates, chooses among them by the worst case that
 a search finds, judges the chosen one on points that nothing was chosen by, and writes it with its card to
-``data/networks``. It takes minutes a network, and is no part of building the book.
+``data/networks``. It takes minutes per network, and is no part of building the book.
 """
 
 from __future__ import annotations
@@ -16,31 +16,17 @@ from typing import Any
 
 from dexterity import operations, robots, sampling, store, symbolic, timing
 from dexterity.indices import Index
-from dexterity.networks import feed_forward, files, levenberg_marquardt, normal_equations
+from dexterity.networks import card, files
 from dexterity.networks.export import compile_network
-from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.growth import RadialBasisOptions, grow
 from dexterity.networks.network import Network, View
 from dexterity.networks.problem import DesignProblem
 from dexterity.networks.recipes import Recipe, prepare
 from dexterity.networks.threads import one_thread
-from dexterity.networks.trials import TrialStore, source_key
-from dexterity.networks.validation import ErrorDistribution, Function, fresh, judge
-from dexterity.networks.worst_case import Search, WorstCase, worst_case
-from dexterity.operations import Operations
+from dexterity.networks.validation import Function
+from dexterity.networks.worst_case import Search, worst_case
 from dexterity.sampling import Space
 from dexterity.timing import Machine, Way
-
-__all__ = [
-    "JUDGED",
-    "PLANS",
-    "FeedForwardPlan",
-    "RadialBasisPlan",
-    "describe",
-    "layer_operations",
-    "main",
-    "ship",
-]
 
 JUDGED = 200_000
 """Configurations that a chosen network is judged on."""
@@ -118,8 +104,6 @@ def ship(name: str, folder: Path) -> Network:
     ------
     ValueError
         If no network of this name is planned.
-    RuntimeError
-        If the package does not run from a source tree.
     """
     if name not in PLANS:
         raise ValueError(f"name is {name!r}; {list(PLANS)} are planned")
@@ -134,10 +118,10 @@ def describe(name: str, network: Network, folder: Path) -> Network:
     """Judge a network that a plan has made, and write it with a new card to a folder."""
     plan = PLANS[name]
     index, space = _index(plan), sampling.uvms_space(plan.index)
+    judged = card.describe(network, index, space, _about(name), seed=_JUDGED_BY, count=JUDGED)
+    judged["operations"]["exact, before a root or an iteration"] = _exact_operations(index.index)
     with one_thread():
-        distribution = judge(network, fresh(index, space, JUDGED, _JUDGED_BY))
-        worst = worst_case(network, index, space, Search(), _JUDGED_BY)
-        network.card = _card(name, network, space, distribution, worst)
+        network.card = judged | {"time": _times(network, index, space)}
     files.save(network, folder / f"{name}.npz")
     return network
 
@@ -146,20 +130,11 @@ def _index(plan: FeedForwardPlan | RadialBasisPlan) -> symbolic.CompiledIndex:
     return symbolic.compile_index(robots.uvms(), Index(plan.index), "c")
 
 
-def layer_operations(network: Network) -> Operations:
-    """Count the operations of a network's layers by the paper's rules, its view and its readout left out."""
-    width, h = network.view.width, network.neurons
-    if not isinstance(network, FeedForward):
-        return operations.radial_basis(width, h)
-    further_outputs = len(network.output_biases) - 1
-    return operations.feed_forward(width, h) + further_outputs * Operations(h, h)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Make the networks that are named, or all, or write their cards anew."""
-    parser = argparse.ArgumentParser(prog="python -m dexterity.studies.shipment", description=__doc__)
+    """Make the networks that are named, or all, or write their cards again."""
+    parser = argparse.ArgumentParser(prog="python -m dexterity_study.shipment", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME")
-    parser.add_argument("--cards", action="store_true", help="keep the networks; judge and time them anew")
+    parser.add_argument("--cards", action="store_true", help="keep the networks; judge and time them again")
     chosen = parser.parse_args(arguments)
     folder = store.data_path() / "networks"
     for name in chosen.names or list(PLANS):
@@ -179,34 +154,13 @@ def _candidates(plan: FeedForwardPlan | RadialBasisPlan, index: Function, space:
     inputs = [joint for joint in varying if not plan.carriers or joint > 3]
     view = View(chain.joints, inputs, chain.screws[: plan.carriers])
     if isinstance(plan, FeedForwardPlan):
-        return [_candidate(plan, view, index, space, seed) for seed in range(plan.restarts)]
+        return [prepare(plan.recipe, view, index, space, (seed,))[0] for seed in range(plan.restarts)]
     q = sampling.sobol(space, plan.rows, 0, plan.overhang)
     # The loop looks at no test set here: it grows to its size.
     test = sampling.DataSet(q[:1], index(q[:1]))
     data = sampling.DataSets(sampling.DataSet(q, index(q)), test, test)
     options = RadialBasisOptions(testing_error=0.0, training_goal=0.0, neuron_limit=plan.neurons)
     return [grow(DesignProblem(view, data), spread, options).network for spread in plan.spreads]
-
-
-def _candidate(plan: FeedForwardPlan, view: View, index: Function, space: Space, seed: int) -> Network:
-    """Train a candidate, or find it where an earlier call that was interrupted left it."""
-    root = store.repository()
-    if root is None:
-        raise RuntimeError("networks are made in the source tree, and this is an installed package")
-    trials = TrialStore(root / ".results" / "trials")
-    key = store.content_key(
-        "shipment",
-        plan.index,
-        plan.carriers,
-        plan.recipe,
-        seed,
-        source_key([feed_forward, levenberg_marquardt, normal_equations]),
-    )
-    network = trials.get(key)
-    if network is None:
-        (network,) = prepare(plan.recipe, view, index, space, (seed,))
-        trials.put(key, network, {})
-    return network
 
 
 def _chosen(candidates: Sequence[Network], index: Function, space: Space) -> Network:
@@ -217,62 +171,28 @@ def _chosen(candidates: Sequence[Network], index: Function, space: Space) -> Net
 # ---- the card --------------------------------------------------------------------------------------
 
 
-def _card(
-    name: str, network: Network, space: Space, distribution: ErrorDistribution, worst: WorstCase
-) -> dict[str, Any]:
+def _about(name: str) -> dict[str, Any]:
     plan = PLANS[name]
-    index = Index(plan.index)
+    index = dataclasses.asdict(Index(plan.index))
     return {
         "name": name,
         "chain": {"name": "uvms", "lengths": dict(robots.describe("uvms").lengths)},
-        "index": dataclasses.asdict(index) | {"limits": "all joint and tool rates 1"},
-        "kind": type(network).__name__,
-        "inputs": _inputs(network),
-        "neurons": network.neurons,
-        "space": {"kind": type(space).__name__} | _plain(space),
-        "training": _plain(plan) | {"candidate_seeds": "0, 1, …", "rows_seed": 0},
+        "index": index | {"limits": "all joint and tool rates 1"},
+        "training": card.plain(plan) | {"candidate_seeds": "0, 1, …", "rows_seed": 0},
         "chosen": f"least worst case by ascent, search seed {_CHOSEN_BY}",
-        "errors": dataclasses.asdict(distribution) | {"seed": _JUDGED_BY, "points": "fresh, Sobol"},
-        "worst_case": {
-            "error": worst.error, "q": list(worst.q), "value": worst.value, "exact": worst.exact,
-            "evaluations": worst.evaluations, "seed": _JUDGED_BY, "found_by": "multi-start ascent, no bound",
-        },
-        "operations": _operations(network, index),
-        "time": _times(network, index, space),
-        "retrain": f"python -m dexterity.studies.shipment {name}",
+        "retrain": f"python -m dexterity_study.shipment {name}",
         "licence": "MIT",
-    }  # fmt: skip
-
-
-def _plain(value: Any) -> dict[str, Any]:
-    """Fields in what JSON can say."""
-
-    def listed(field: Any) -> Any:
-        if isinstance(field, Mapping):
-            return {key: listed(item) for key, item in field.items()}
-        return [listed(item) for item in field] if isinstance(field, list | tuple) else field
-
-    return {key: listed(item) for key, item in dataclasses.asdict(value).items()}
-
-
-def _inputs(network: Network) -> str:
-    joints = ", ".join(f"θ{joint + 1}" for joint in network.inputs)
-    carriers = len(network.view.carriers)
-    return f"world's origin in the link that joints 1 to {carriers} carry; {joints}" if carriers else joints
-
-
-def _operations(network: Network, index: Index) -> dict[str, int]:
-    derivation = symbolic.derive(robots.uvms(), index)
-    exact = derivation.squared_manipulability if index.name == "manipulability" else derivation.bidiagonal
-    return {
-        "layers": layer_operations(network).total,
-        "exact, before a root or an iteration": operations.count_program(exact).total,
     }
 
 
-def _times(network: Network, index: Index, space: Space) -> dict[str, Any]:
+def _exact_operations(index: Index) -> int:
+    derivation = symbolic.derive(robots.uvms(), index)
+    exact = derivation.squared_manipulability if index.name == "manipulability" else derivation.bidiagonal
+    return operations.count_program(exact).total
+
+
+def _times(network: Network, exact: symbolic.CompiledIndex, space: Space) -> dict[str, Any]:
     q = sampling.sobol(space, 1000, 0)
-    exact = symbolic.compile_index(robots.uvms(), index, "c")
     compiled = compile_network(network)
     ways = [Way("exact", lambda: exact(q), len(q)), Way("network", lambda: compiled(q), len(q))]
     exact_time, network_time = timing.measure(ways, rounds=20, seconds=0.1)

@@ -7,11 +7,10 @@ import dexterity as dx
 from dexterity import networks, sampling
 from dexterity.indices import Index
 from dexterity.networks import validation
+from dexterity.networks.card import layer_operations
 from dexterity.networks.feed_forward import FeedForward
-from dexterity.networks.network import View
 from dexterity.networks.radial_basis import RadialBasis
-from dexterity.operations import feed_forward, radial_basis
-from dexterity.studies import shipment
+from dexterity_study import shipment
 
 UVMS = dx.robots.uvms()
 
@@ -68,20 +67,8 @@ class TestShipped:
             "name", "chain", "index", "kind", "inputs", "neurons", "space", "training", "chosen", "errors",
             "worst_case", "operations", "time", "retrain", "licence",
         }  # fmt: skip
-        assert network.card["operations"]["layers"] == shipment.layer_operations(network).total
+        assert network.card["operations"]["layers"] == layer_operations(network).total
         assert network.card["errors"]["count"] == shipment.JUDGED
-
-
-def test_operations_of_layers_are_those_of_the_formulas():
-    q = sampling.sobol(sampling.uvms_space("manipulability"), 50, 0)
-    view = View(12, range(4, 11))
-    random = torch.Generator().manual_seed(0)
-    for readout, outputs in {"identity": 1, "triple": 6}.items():
-        network = FeedForward.untrained(view, 5, q, torch.linspace(1, 2, 50), random, readout)
-        count = shipment.layer_operations(network)
-        assert count.total == feed_forward(7, 5).total + (outputs - 1) * 10
-    bells = networks.load_shipped("uvms-manipulability-radial-basis")
-    assert shipment.layer_operations(bells) == radial_basis(7, bells.neurons)
 
 
 def test_an_unplanned_network_is_refused(tmp_path):

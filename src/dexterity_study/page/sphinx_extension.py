@@ -1,0 +1,84 @@
+"""Sphinx extension of the book: downloads of executed notebooks, and the viewer of the scenes."""
+
+import shutil
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import joblib
+from sphinx.application import Sphinx
+
+from dexterity import scenes
+
+ARCHIVE = "notebooks.zip"
+"""All executed notebooks, beside the start page."""
+
+_LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever the archive is made
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect the extension."""
+    app.connect("source-read", _depend_on_outputs)
+    app.connect("env-updated", _write_in_parallel)
+    app.connect("html-page-context", _offer_notebooks, priority=502)  # after the theme's own buttons
+    app.connect("build-finished", _copy_files)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _notebooks(app: Sphinx) -> Path:
+    return Path(app.outdir).parent / "notebooks"
+
+
+def _depend_on_outputs(app: Sphinx, page: str, source: list[str]) -> None:
+    """Have a page read again when it has been executed again."""
+    if "{code-cell}" in source[0]:
+        app.env.note_dependency(str(_notebooks(app) / f"{page}.ipynb"))
+
+
+def _write_in_parallel(app: Sphinx, _env: Any) -> None:
+    """Use all cores from here on; not earlier, since some extensions cannot read in parallel."""
+    app.parallel = joblib.cpu_count()
+
+
+def _offer_notebooks(app: Sphinx, page: str, _template: str, context: dict[str, Any], _tree: Any) -> None:
+    """Put the executed notebook of a page, and all of them, into the menu of downloads."""
+    for group in context.get("header_buttons", ()):
+        if group.get("label") == "download-buttons":
+            group["buttons"][:0] = _buttons(app, page, context["pathto"])
+
+
+def _buttons(app: Sphinx, page: str, pathto: Any) -> list[dict[str, str]]:
+    offers = [(ARCHIVE, "all .ipynb", "Download the executed notebooks of all pages", "archive")]
+    if (_notebooks(app) / f"{page}.ipynb").is_file():
+        offers.insert(0, (f"notebooks/{page}.ipynb", ".ipynb", "Download the executed notebook", "notebook"))
+    return [
+        {
+            "type": "link",
+            "url": pathto(target, 1),
+            "text": text,
+            "tooltip": tooltip,
+            "icon": "fas fa-code",
+            "label": f"download-{kind}-button",
+        }
+        for target, text, tooltip, kind in offers
+    ]
+
+
+def _copy_files(app: Sphinx, exception: Exception | None) -> None:
+    if exception is not None:
+        return
+    html, notebooks = Path(app.outdir), _notebooks(app)
+    scenes.copy_viewer(html / "_static" / "meshcat")
+    if notebooks.is_dir():
+        shutil.rmtree(html / "notebooks", ignore_errors=True)
+        shutil.copytree(notebooks, html / "notebooks")
+        pack(notebooks, html / ARCHIVE)
+
+
+def pack(folder: Path, archive: Path) -> None:
+    """Pack the notebooks of a folder; the same notebooks give the same bytes."""
+    with zipfile.ZipFile(archive, "w") as packed:
+        for file in sorted(folder.rglob("*.ipynb")):
+            entry = zipfile.ZipInfo(f"notebooks/{file.relative_to(folder).as_posix()}", _LONG_AGO)
+            entry.external_attr = 0o644 << 16
+            packed.writestr(entry, file.read_bytes(), zipfile.ZIP_DEFLATED)

@@ -1,0 +1,75 @@
+"""Cards: what they say of a network must be so."""
+
+import json
+
+import pytest
+import torch
+
+from dexterity import networks, sampling
+from dexterity.networks import card, validation
+from dexterity.networks.feed_forward import FeedForward
+from dexterity.networks.network import View
+from dexterity.networks.recipes import Recipe
+from dexterity.networks.worst_case import Search
+from dexterity.operations import feed_forward, radial_basis
+
+SPACE = sampling.Box([-1.0, -1.0, 0.0], [1.0, 1.0, 0.0])
+SEARCH = Search(samples=64, corners=4, starts=4, steps=5)
+
+
+def exact(q):
+    return 3 + torch.sin(q[..., 0]) * q[..., 1]
+
+
+@pytest.fixture(scope="module")
+def network():
+    q = sampling.sobol(SPACE, 200, 1)
+    (training,) = networks.train.for_seeds(View(3, [0, 1]), 3, q, exact(q), (0,))
+    return training.network
+
+
+@pytest.fixture(scope="module")
+def described(network):
+    about = {"name": "toy", "training": card.plain(Recipe(3))}
+    return card.describe(network, exact, SPACE, about, seed=7, count=500, search=SEARCH)
+
+
+def test_errors_are_those_on_the_fresh_points_of_the_seed(network, described):
+    points = validation.fresh(exact, SPACE, 500, 7)
+    errors = validation.relative_errors(network, points).abs()
+    assert described["errors"]["count"] == 500
+    assert described["errors"]["maximum"] == errors.max().item()
+    assert described["errors"]["seed"] == 7
+
+
+def test_the_worst_case_is_where_it_says(network, described):
+    worst = described["worst_case"]
+    q = torch.tensor(worst["q"], dtype=torch.float64)
+    assert SPACE.contains(q)
+    assert network(q).item() == pytest.approx(worst["value"], rel=1e-12)
+    assert worst["error"] == pytest.approx(abs(worst["value"] / exact(q).item() - 1), rel=1e-9)
+
+
+def test_what_was_said_and_what_the_network_is_stand_in_it(described):
+    assert described["name"] == "toy"
+    assert described["training"]["neurons"] == 3
+    assert (described["kind"], described["neurons"], described["inputs"]) == ("FeedForward", 3, "θ1, θ2")
+    assert described["space"]["kind"] == "Box"
+    assert described["space"]["upper"] == [1.0, 1.0, 0.0]
+
+
+def test_it_survives_the_file_of_its_network(network, described, tmp_path):
+    networks.save(network, tmp_path / "toy.npz", described)
+    assert networks.load(tmp_path / "toy.npz").card == json.loads(json.dumps(described)) == described
+
+
+def test_operations_of_layers_are_those_of_the_formulas():
+    q = sampling.sobol(sampling.uvms_space("manipulability"), 50, 0)
+    view = View(12, range(4, 11))
+    random = torch.Generator().manual_seed(0)
+    for readout, outputs in {"identity": 1, "triple": 6}.items():
+        network = FeedForward.untrained(view, 5, q, torch.linspace(1, 2, 50), random, readout)
+        count = card.layer_operations(network)
+        assert count.total == feed_forward(7, 5).total + (outputs - 1) * 10
+    bells = networks.load_shipped("uvms-manipulability-radial-basis")
+    assert card.layer_operations(bells) == radial_basis(7, bells.neurons)
