@@ -1,0 +1,1 @@
+"""Paper D: positioning of a large flexible crane."""
