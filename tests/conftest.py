@@ -23,9 +23,8 @@ os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-# Modules of expressions have no array shapes: beartype alone checks their annotations, without jaxtyping, which
-# binds the arguments of each call and doubles the time of a derivation. An int is taken for a float, as type
-# checkers do.
+# Modules of expressions have no array shapes: beartype alone checks their annotations. jaxtyping would bind
+# the arguments of each call, which doubles the time of a derivation. An int passes for a float, as elsewhere.
 EXPRESSIONS = ["dexterity.derivation", "dexterity.elimination", "dexterity.program"]
 _package = importlib.util.find_spec("dexterity")
 jaxtyping.install_import_hook(

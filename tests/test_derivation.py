@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy
 import torch
+from beartype.roar import BeartypeCallHintParamViolation
 from numpy.testing import assert_allclose, assert_array_equal
 
 import dexterity as dx
@@ -372,3 +373,9 @@ def test_the_worked_example_is_what_it_prints():
     outcome = doctest.testmod(derivations)
     assert outcome.attempted > 5
     assert outcome.failed == 0
+
+
+def test_annotations_of_expressions_are_checked_in_tests():
+    """By the import hook of conftest.py, which leaves this module out of jaxtyping's."""
+    with pytest.raises(BeartypeCallHintParamViolation):
+        derivations.exact([0.5])

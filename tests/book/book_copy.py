@@ -33,13 +33,13 @@ class Build:
 def make_copy(folder: Path, chapter: str) -> Path:
     """Set up a book of one chapter, built by this repository's rules and settings.
 
-    The package that it uses is the installed one, unless the copy gets a `src` of its own.
+    The packages that it uses are the installed ones, unless the copy gets a `src` of its own.
     """
     folder.mkdir(parents=True)
     for name in ("Makefile", "_config.yml", "environment.lock", "pyproject.toml"):
         shutil.copy2(REPOSITORY / name, folder)
     book = folder / "book"
-    shutil.copytree(REPOSITORY / "book" / "assets", book / "assets", ignore=shutil.ignore_patterns("meshcat"))
+    shutil.copytree(REPOSITORY / "book" / "assets", book / "assets")
     shutil.copy2(REPOSITORY / "book" / "references.bib", book)
     (book / "_toc.yml").write_text("format: jb-book\nroot: index\n", encoding="utf-8")
     (book / "index.md").write_text(_HEADER + chapter, encoding="utf-8")
@@ -47,7 +47,7 @@ def make_copy(folder: Path, chapter: str) -> Path:
 
 
 def add_source(folder: Path) -> None:
-    """Give a copy the package and its data, to be edited."""
+    """Give a copy the packages and their data, to be edited."""
     unwanted = shutil.ignore_patterns("__pycache__")
     for name in ("src", "data"):
         shutil.copytree(REPOSITORY / name, folder / name, ignore=unwanted)
@@ -57,7 +57,8 @@ def make_book(folder: Path) -> Build:
     """Run `make book` in a copy; the environment stands as it is, so that nothing is installed."""
     kept = {name: value for name, value in os.environ.items() if name not in _OF_AN_OUTER_MAKE}
     environment = {**kept, "PYTHONPATH": str(folder / "src"), "DEXTERITY_SCALE": "smoke"}
-    command = ["make", "book", f"VENV={sys.prefix}", "-o", f"{sys.prefix}/.installed"]
+    stamps = (f"--old-file={sys.prefix}/{name}" for name in (".book", ".all"))
+    command = ["make", "book", f"VENV={sys.prefix}", *stamps]
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
     )

@@ -162,9 +162,9 @@ def test_a_kept_index_is_ready_within_a_second(cache, monkeypatch):
         from dexterity.indices import Index
 
         puma, index = dx.robots.puma560(), Index("manipulability")
-        start = time.perf_counter()
+        start = time.process_time()  # of this process alone, whatever else the machine does
         value = symbolic.compile_index(puma, index, "c")([1.0] * 6).item()
-        print(time.perf_counter() - start, value)
+        print(time.process_time() - start, value)
     """)
     run = subprocess.run([sys.executable, "-c", script], text=True, capture_output=True, check=True)
     seconds, again = map(float, run.stdout.split())

@@ -6,7 +6,7 @@ were run give the outcome. What is printed is read from the ledger and never pas
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum
 from types import MappingProxyType
 from typing import Any
@@ -128,8 +128,12 @@ class Judge:
         chosen = grades.get("chosen")
         if chosen is None:
             raise ValueError(f"claim {claim} has no value for the chosen reading; it has {list(grades)}")
-        admissible = _admissible(self._assumptions(entry))
-        run = {name: grade for name, grade in grades.items() if name == "chosen" or name in admissible}
+        admissible = _admissible(self._assumptions(entry, grades))
+        run = {
+            name: grade
+            for name, grade in grades.items()
+            if name == "chosen" or admissible.issuperset(name.split("+"))
+        }
         return Verdict(
             paper=self.paper.key,
             claim=claim,
@@ -172,10 +176,12 @@ class Judge:
     def _plain(self, claim: str, outcome: Outcome, ours: str, note: str) -> Verdict:
         return Verdict(self.paper.key, self.paper.claim(claim).id, outcome, ours, "", note)
 
-    def _assumptions(self, claim: Claim) -> list[Assumption]:
-        if claim.assumes is None:
-            return [one for one in self.paper.assumptions if one.chapter == claim.chapter]
-        return [one for one in self.paper.assumptions if one.id in claim.assumes]
+    def _assumptions(self, claim: Claim, readings: Iterable[str]) -> list[Assumption]:
+        """Return what a claim rests on: what the ledger lists, or its chapter's assumptions and those varied."""
+        if claim.assumes is not None:
+            return [one for one in self.paper.assumptions if one.id in claim.assumes]
+        varied = {pair.partition("=")[0] for reading in readings for pair in reading.split("+")}
+        return [one for one in self.paper.assumptions if one.chapter == claim.chapter or one.id in varied]
 
 
 # ---- rules -----------------------------------------------------------------------------------------
@@ -304,7 +310,7 @@ def _share(run: Mapping[str, Grade], admissible: set[str]) -> str:
     if len(admissible) == 0:
         return ""
     holds = sum(grade.holds for grade in run.values())
-    return f"holds in {holds} of {len(run)} readings run; {len(admissible) + 1} are admissible"
+    return f"holds in {holds} of {len(run)} readings run; {len({'chosen'} | admissible | run.keys())} are admissible"
 
 
 # ---- words -----------------------------------------------------------------------------------------

@@ -1,1 +1,1 @@
-"""Paper D: positioning of a large flexible crane."""
+"""Paper D: how a large flexible log crane is positioned."""

@@ -108,11 +108,13 @@ class Evidence(Mapping[str, Table]):
 
     @classmethod
     def smoke(cls, chapter: str) -> Evidence:
-        """Run each experiment of a chapter at smoke effort, for its first two seeds."""
-        made = {
-            name: Table.joined([one(seed, **one.smoke) for seed in one.seeds[:2]])
-            for name, one in experiments(chapter).items()
-        }
+        """Run each experiment of a chapter at smoke effort: two seeds, and one of each other reading."""
+        made = {}
+        for name, one in experiments(chapter).items():
+            asked = [("chosen", seed) for seed in one.seeds[:2]] + [
+                (other, one.seeds[0]) for other in one.readings
+            ]
+            made[name] = Table.joined([one(seed, reading, **one.smoke) for reading, seed in asked])
         return cls(chapter, made)
 
     def __getitem__(self, experiment: str) -> Table:

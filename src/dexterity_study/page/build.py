@@ -3,8 +3,9 @@
     python -m dexterity_study.page.build                    # the whole book
     python -m dexterity_study.page.build uvms/kinematics    # one page
 
-Every executed page is kept as soon as it is finished, so a build that was stopped goes on from there. Sphinx executes
-nothing: it finds the outputs of each page in a jupyter-cache that is filled from the executed notebooks.
+Every executed page is kept as soon as it is finished, so a build that was stopped goes on from there.
+Sphinx executes nothing: it finds the outputs of each page in a jupyter-cache that is filled from the
+executed notebooks.
 """
 
 import argparse
@@ -13,7 +14,7 @@ import shutil
 import sys
 import time
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -219,7 +220,9 @@ class Progress:
             return ""
         # Earlier durations count at the pace of this build.
         measured = [page for page in self.now if page in self.before]
-        pace = sum(map(self.now.get, measured)) / sum(map(self.before.get, measured)) if measured else 1.0
+        pace = 1.0
+        if measured:
+            pace = sum(self.now[page] for page in measured) / sum(self.before[page] for page in measured)
         expected = [pace * self.before.get(page, fmean(known.values())) for page in self.left]
         return f", about {_clock(max(sum(expected) / self.workers, *expected))} remaining"
 
@@ -249,9 +252,9 @@ def _quote(text: str, margin: str) -> str:
 def write_html(layout: Layout, pages: Sequence[Page], only: Sequence[str]) -> int:
     """Let Sphinx write all pages, or only those that are named; return 0 if it had nothing to complain about.
 
-    Sphinx reads again the pages that have changed, and writes all, because titles and numbers of one page stand on others.
-    A page that it has read keeps its warnings to itself the next time, and may not have been written; so after a build
-    that failed or was stopped it reads everything.
+    Sphinx reads again the pages that have changed, and writes all, because titles and numbers of one page
+    stand on others. It does not repeat the warnings of a page that it has read before, and need not have
+    written that page; so after a build that failed or was stopped it reads everything.
     """
     doctrees, unfinished = layout.output / ".doctrees", layout.output / "unfinished"
     if unfinished.exists():
@@ -283,7 +286,7 @@ def write_html(layout: Layout, pages: Sequence[Page], only: Sequence[str]) -> in
 
 
 def _fill_cache(layout: Layout, pages: Iterable[Page]) -> None:
-    """Put every page into the cache that Sphinx takes outputs from; a page that was never executed has none."""
+    """Put every page into the cache that Sphinx takes outputs from, without any if it was never executed."""
     folder = layout.output / ".jupyter_cache"
     shutil.rmtree(folder, ignore_errors=True)
     cache = get_cache(folder)

@@ -1,7 +1,7 @@
 """Execution of notebooks without a time limit.
 
-A cell may take as long as it needs. A kernel counts as hung only if it has neither answered nor computed for a while,
-so a slow or busy machine fails nothing.
+A cell may take as long as it needs. A kernel counts as hung only if it has neither answered nor computed
+for a while, so a slow or busy machine fails nothing.
 """
 
 import asyncio
@@ -27,7 +27,7 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 @dataclass
-class CellFailed(Exception):
+class CellFailed(Exception):  # noqa: N818 -- it says what became of a cell
     """A cell that raised, wrote to stderr, hung, or lost its kernel.
 
     Attributes
@@ -43,7 +43,7 @@ class CellFailed(Exception):
     details: str = ""
 
 
-class Execution(NotebookClient):  # type: ignore[misc]
+class Execution(NotebookClient):
     """One notebook being executed, from an empty folder and with one thread."""
 
     def __init__(self, notebook: NotebookNode, hung_after: float) -> None:

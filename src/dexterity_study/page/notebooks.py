@@ -1,16 +1,11 @@
-"""Pages as notebooks: what decides that a page has to be executed again, and where its outputs are kept.
+"""Pages as notebooks: read from the text of the book, and kept with their outputs once executed.
 
-An executed notebook carries the key of what it was made from: its code cells, the sources that they import, the
-data and the lock. Prose is no part of the key; an edit of prose renews the text around the stored outputs.
+An executed notebook carries the key of all that can change its outputs. Prose is no part of the key; an edit
+of prose renews the text around the stored outputs.
 """
 
-import ast
-import hashlib
-import json
-import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +16,8 @@ from myst_parser.config.main import MdParserConfig
 from nbformat import NotebookNode
 from sphinx_external_toc.parsing import parse_toc_yaml
 
-import dexterity
-import dexterity_study
 from dexterity import store
-
-PACKAGES = {"dexterity": dexterity, "dexterity_study": dexterity_study}
+from dexterity_study.page.dependencies import page_key
 
 
 @dataclass(frozen=True)
@@ -46,20 +38,25 @@ class Layout:
 
     @property
     def html(self) -> Path:
+        """Folder of the pages for a browser."""
         return self.output / "html"
 
     @property
     def notebooks(self) -> Path:
+        """Folder of the executed notebooks."""
         return self.output / "notebooks"
 
     @property
     def durations(self) -> Path:
+        """File of how long each page took."""
         return self.output / "durations.json"
 
     def source(self, page: str) -> Path:
+        """Return the file that a page is written in."""
         return self.book / f"{page}.md"
 
     def executed(self, page: str) -> Path:
+        """Return the file of a page's executed notebook."""
         return self.notebooks / f"{page}.ipynb"
 
     def pages(self) -> list[str]:
@@ -108,104 +105,7 @@ def _read_pages(layout: Layout, names: Iterable[str], syntax: MdParserConfig) ->
         lines = tuple(line + 1 for line in notebook.metadata.pop("source_map"))
         for number, cell in enumerate(notebook.cells):
             cell.id = f"cell-{number}"  # nbformat draws it otherwise
-        yield Page(name, notebook, lines, _key(name, notebook))
-
-
-# ---- what outputs depend on ----
-
-
-def _key(name: str, notebook: NotebookNode) -> str:
-    # A chapter depends on what it imports and on its own results; any other page may list what there is in the study.
-    is_chapter = any(file.startswith(_results(name)) for file in _data_files())
-    modules = imported_modules(notebook) if is_chapter else set(PACKAGES)
-    parts = {
-        "cells": [[cell.source, cell.metadata] for cell in notebook.cells if cell.cell_type == "code"],
-        "sources": {file: digest for module in modules for file, digest in fingerprint(module).items()},
-        "data": {
-            file: digest
-            for file, digest in _data_files().items()
-            if not is_chapter or not file.startswith("results/") or file.startswith(_results(name))
-        },
-        "python": sys.version_info[:2],
-    }
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-
-
-def _results(name: str) -> str:
-    return f"results/{name}/"
-
-
-def imported_modules(notebook: NotebookNode) -> set[str]:
-    """Return the modules of the library and the study that the cells of a notebook import.
-
-    Cells that are not plain Python may import anything, so they count as importing both packages.
-    """
-    code = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
-    try:
-        tree = ast.parse(code)
-    except SyntaxError:
-        return set(PACKAGES)
-    return {
-        _module(name)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Import | ast.ImportFrom)
-        for name in _imported_names(node)
-        if name.partition(".")[0] in PACKAGES
-    }
-
-
-def _imported_names(node: ast.Import | ast.ImportFrom) -> list[str]:
-    names = [alias.name for alias in node.names]
-    return names if isinstance(node, ast.Import) else [f"{node.module}.{name}" for name in names]
-
-
-def _module(name: str) -> str:
-    """Return a dotted name if it is a module, else the module that it is an attribute of."""
-    package, *parts = name.split(".")
-    path = Path(PACKAGES[package].__path__[0], *parts)
-    is_module = path.is_dir() or path.with_suffix(".py").is_file()
-    return name if is_module or not parts else _module(name.rpartition(".")[0])
-
-
-@cache
-def fingerprint(module: str) -> dict[str, str]:
-    """Digest the sources of a module and of all that it imports, without comments and docstrings.
-
-    Every module counts as imported.
-    """
-    return {
-        f"{package}/{file.relative_to(folder).as_posix()}": hashlib.sha256(_code(file)).hexdigest()
-        for package, root in PACKAGES.items()
-        for folder in map(Path, root.__path__)
-        for file in sorted(folder.rglob("*"))
-        if file.is_file() and "__pycache__" not in file.parts
-    }
-
-
-def _code(file: Path) -> bytes:
-    if file.suffix != ".py":
-        return file.read_bytes()
-    tree = ast.parse(file.read_bytes())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and (
-            ast.get_docstring(node, clean=False) is not None
-        ):
-            node.body = node.body[1:]
-    return ast.dump(tree).encode()
-
-
-@cache
-def _data_files() -> dict[str, str]:
-    """Digest the data and the lock."""
-    folder = store.data_path()
-    files = {file.relative_to(folder).as_posix(): file for file in folder.rglob("*") if file.is_file()}
-    root = store.repository()
-    if root is not None:
-        files["environment.lock"] = root / "environment.lock"
-    return {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in sorted(files.items())}
-
-
-# ---- executed notebooks ----
+        yield Page(name, notebook, lines, page_key(name, notebook))
 
 
 def read_executed(layout: Layout, page: Page) -> NotebookNode | None:
@@ -237,7 +137,7 @@ def write_executed(layout: Layout, page: Page, notebook: NotebookNode) -> None:
 
 
 def _metadata(page: Page, executed: dict[str, Any]) -> dict[str, Any]:
-    kept = {name: executed[name] for name in ("language_info", "widgets") if name in executed}
+    kept: dict[str, Any] = {name: executed[name] for name in ("language_info", "widgets") if name in executed}
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
     return {"kernelspec": kernel, **kept, "dexterity": {"page": page.name, "key": page.key}}
 

@@ -35,12 +35,12 @@ def _depend_on_outputs(app: Sphinx, page: str, source: list[str]) -> None:
         app.env.note_dependency(str(_notebooks(app) / f"{page}.ipynb"))
 
 
-def _write_in_parallel(app: Sphinx, env: Any) -> None:
+def _write_in_parallel(app: Sphinx, _env: Any) -> None:
     """Use all cores from here on; not earlier, since some extensions cannot read in parallel."""
     app.parallel = joblib.cpu_count()
 
 
-def _offer_notebooks(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+def _offer_notebooks(app: Sphinx, page: str, _template: str, context: dict[str, Any], _tree: Any) -> None:
     """Put the executed notebook of a page, and all of them, into the menu of downloads."""
     for group in context.get("header_buttons", ()):
         if group.get("label") == "download-buttons":

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from dexterity import store
@@ -47,6 +49,7 @@ def draw(seed):
 
 STALE_AFTER = """
 import json, sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from dexterity_study.engine.state import out_of_date
 from dexterity_study.engine.tasks import tasks
@@ -60,6 +63,25 @@ for file, old, new in json.loads(sys.argv[2]):
     answers.append(out_of_date(list(tasks())))
     path.write_text(before, encoding="utf-8")
 print(json.dumps(answers))
+"""
+
+
+CLUSTER = """
+import json, sys
+from distributed import Client, LocalCluster
+
+if __name__ == "__main__":
+    cluster = LocalCluster(n_workers=int(sys.argv[1]), threads_per_worker=1, dashboard_address=None)
+    client = Client(cluster)
+    print(cluster.scheduler_address, flush=True)
+    for line in sys.stdin:
+        if line.strip() == "stop":
+            break
+        workers = client.scheduler_info(n_workers=-1)["workers"]
+        pids = client.run(lambda: __import__("os").getpid())
+        print(json.dumps([pids[one] for one in workers]), flush=True)
+    client.close()
+    cluster.close()
 """
 
 
@@ -107,6 +129,24 @@ class House:
             command, cwd=self.root, env=environment, capture_output=True, text=True, check=True
         )
         return json.loads(done.stdout)
+
+    @contextlib.contextmanager
+    def cluster(self, workers: int) -> Iterator[tuple[str, Callable[[], list[int]]]]:
+        """Run a dask cluster of processes that import this house; yield its address and how to list its workers."""
+        environment = os.environ | {"PYTHONPATH": str(self.root / "src"), "OMP_NUM_THREADS": "1"}
+        command = [sys.executable, "-c", CLUSTER, str(workers)]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        process = subprocess.Popen(command, cwd=self.root, env=environment, **pipes)  # type: ignore[call-overload]
+
+        def alive() -> list[int]:
+            process.stdin.write("workers\n")
+            process.stdin.flush()
+            return json.loads(process.stdout.readline())
+
+        try:
+            yield process.stdout.readline().strip(), alive
+        finally:
+            process.communicate("stop\n", timeout=60)
 
     def start(self, *arguments: str, **options: object) -> subprocess.Popen[str]:
         """Start the engine's command line."""

@@ -109,3 +109,17 @@ def test_source_that_changes_while_it_runs_stores_nothing(tmp_path):
     assert process.returncode == 1
     assert "sampler.py has changed while uvms.tiny ran" in printed
     assert len(list(house.results.glob("errors/chosen.*.csv"))) == 1
+
+
+def test_a_cluster_finishes_although_one_of_its_workers_is_killed(tmp_path):
+    house = House(tmp_path)
+    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=3.0, sizes")
+    with house.cluster(workers=2) as (scheduler, workers):
+        process = house.start("evidence", "uvms.tiny.errors", "--backend", "dask", "--scheduler", scheduler)
+        deadline = time.time() + 120
+        while not list(house.results.glob("errors/*.csv")) and time.time() < deadline:
+            time.sleep(0.05)
+        os.kill(workers()[0], signal.SIGKILL)
+        printed, _ = process.communicate(timeout=200)
+    assert process.returncode == 0, printed
+    assert house.run("stale", "uvms.tiny.errors")[0] == 0

@@ -1,0 +1,79 @@
+"""Figures, tables and scenes of the chapter on tasks and indices."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from torch import Tensor
+
+from dexterity import robots, scenes, tasks
+from dexterity.scenes.page import Html
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.uvms.kinematics.show import vehicle_scene
+
+SYMBOLS = {"manipulability": "w", "kinematic_conditioning": "KCI", None: ""}
+
+
+def task_table() -> Markup:
+    """Set the tasks and their indices."""
+    rows = [
+        (task.name, SYMBOLS[task.index], SYMBOLS[task.also], task.comment, task.where)
+        for task in tasks.TASKS.values()
+    ]
+    return show(
+        pd.DataFrame(rows, columns=["task", "index", "also", "what it asks of the tool", "printed in"])
+    )
+
+
+def two_rankings(q: Tensor) -> Figure:
+    """Draw w against KCI of candidates, with the best ten for each of two tasks."""
+    valve, welding = (tasks.rank(robots.uvms(), q, task) for task in ("valve turning", "welding"))
+    fig, ax = plt.subplots()
+    ax.plot(valve.values, welding.values, ".", color="0.6", label="candidates")
+    for ranking, marker in ((valve, "s"), (welding, "o")):
+        best = ranking.order[:10]
+        label = f"best ten for {ranking.task.name}"
+        ax.plot(valve.values[best], welding.values[best], marker, ms=9, mfc="none", label=label)
+    ax.set(xlabel="w", ylabel="KCI, spatial")
+    ax.legend(loc="upper left", fontsize="small")
+    return fig
+
+
+def best_and_worst(q: Tensor, task: str) -> Html:
+    """Set the best and the worst candidate for a task beside each other."""
+    order = tasks.rank(robots.uvms(), q, task).order
+    pair = [
+        vehicle_scene(f"{task.capitalize()}: the {which} candidate", q[place], axes=False, height=340)
+        for which, place in (("best", order[0]), ("worst", order[-1]))
+    ]
+    return scenes.side_by_side(*pair)
+
+
+def agreement(stored: Evidence) -> Figure:
+    """Draw Kendall's τ between pairs of rankings, a dot for each draw and a bar at the median."""
+    pairs = stored["agreement"].by_seed("tau", over="pair")
+    fig, ax = plt.subplots(figsize=(7, 3.6))
+    ax.axvline(0, color="0.5", linewidth=1)
+    for row, name in enumerate(pairs):
+        ax.plot(pairs[name], np.full(len(pairs), row), "o", color="C0", alpha=0.4)
+        ax.plot(pairs[name].median(), row, "|k", ms=16, mew=2.5)
+    ax.set(yticks=range(pairs.shape[1]), yticklabels=pairs.columns, xlabel="Kendall's τ between two rankings")
+    ax.set(xlim=(-1, 1), xticks=np.linspace(-1, 1, 5))
+    ax.invert_yaxis()
+    return fig
+
+
+def agreement_table(stored: Evidence) -> Markup:
+    """Set the medians and ranges of Kendall's τ, for a hundred candidates and for three hundred."""
+    columns = [
+        over_seeds(stored["agreement"].where(reading), "pair", {"tau": title}, "{:.2f}")
+        for reading, title in (
+            ("chosen", "100 candidates"),
+            ("candidate-configurations=300", "300 candidates"),
+        )
+    ]
+    return show(pd.concat(columns, axis="columns"))

@@ -1,0 +1,53 @@
+"""Executed notebooks that the pages offer: one for each page with code, and all of them in one archive."""
+
+import zipfile
+
+import nbformat
+import pytest
+from built_book import CHAPTERS, HTML, PAGES, Document, html_file, source_text
+from playwright.sync_api import Browser
+from visit import visit
+
+from dexterity_study.page.execution import Execution
+
+WITH_CODE = [page for page in PAGES if "{code-cell}" in source_text(page)]
+FIRST_OF_PARTS = list({page.partition("/")[0]: page for page in reversed(CHAPTERS)}.values())
+
+
+@pytest.mark.parametrize("page", WITH_CODE)
+def test_page_offers_its_executed_notebook(page: str) -> None:
+    file = HTML / "notebooks" / f"{page}.ipynb"
+    targets = [(html_file(page).parent / link).resolve() for link in Document.of(page).links]
+    assert file in targets
+    assert HTML / "notebooks.zip" in targets
+    notebook = nbformat.read(file, as_version=4)
+    nbformat.validate(notebook)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
+    assert any(cell.outputs for cell in code)
+    assert all(output.output_type != "error" for cell in code for output in cell.outputs)
+
+
+def test_archive_holds_all_notebooks() -> None:
+    with zipfile.ZipFile(HTML / "notebooks.zip") as archive:
+        packed = {name: archive.read(name) for name in archive.namelist()}
+    assert packed == {f"notebooks/{page}.ipynb": _notebook(page) for page in WITH_CODE}
+
+
+def test_start_page_links_the_archive() -> None:
+    assert "notebooks.zip" in Document.of("index").links
+
+
+@pytest.mark.parametrize("page", FIRST_OF_PARTS)
+def test_downloaded_notebook_runs_as_it_is(browser: Browser, served_root: str, page: str) -> None:
+    with visit(browser, served_root, page) as visited:
+        visited.page.locator(".dropdown-download-buttons > button").click()
+        with visited.page.expect_download() as download:
+            visited.page.locator(".btn-download-notebook-button").click()
+        text = download.value.path().read_bytes()
+    assert text == _notebook(page)
+    Execution(nbformat.reads(text.decode(), as_version=4), hung_after=600).run()
+
+
+def _notebook(page: str) -> bytes:
+    return (HTML / "notebooks" / f"{page}.ipynb").read_bytes()
