@@ -123,12 +123,9 @@ def maps_beside(stored: Evidence) -> Figure:
 
 def notions(stored: Evidence) -> Markup:
     """Set volumes [m³] of four workspaces, and the mean share of the orientations, the measure of the fifth."""
-    heads = dict(
-        zip(puma.NOTIONS, ("reachable", "within 45° of down", "straight down", "dexterous"), strict=True)
-    )
-    return show(
-        stored["notions"].where().set_index("arm").drop(columns=["reading", "seed"]).rename(columns=heads)
-    )
+    titles = ("reachable", "within 45° of down", "straight down", "dexterous", "mean share of orientations")
+    heads = dict(zip((*puma.NOTIONS, "mean_share"), titles, strict=True))
+    return show(stored["notions"].where().set_index("arm")[list(heads)].rename(columns=heads))
 
 
 def orientations(stored: Evidence) -> Figure:
