@@ -58,9 +58,6 @@ def shipped_name(index: str, kind: str) -> str:
     return f"uvms-{INDICES[index].name.replace('_', '-')}-{kind}"
 
 
-# ---- networks for KCI ------------------------------------------------------------------------------
-
-
 @experiment(seeds=10, keys=("way",), smoke={"neurons": (3, 4), "epochs": 4, "effort": SMALL}, **OF_DATA)
 def ways(seed: int, neurons: tuple[int, int] = (25, 50), epochs: int = 60, effort: Effort = WAYS) -> Rows:
     """Networks for KCI by way of training, from the paper's on; a way with + adds to the one before."""
@@ -105,9 +102,6 @@ def _two_outputs(recipe: Recipe, view: View, space: Space, seed: int) -> Functio
     return lambda q: training.network(q)[..., 1] / training.network(q)[..., 0]
 
 
-# ---- networks that come with the package ----------------------------------------------------------------
-
-
 @experiment(keys=("index", "what"), smoke={"effort": Effort(500, 2000, SMALL_SEARCH)}, **OF_NETWORKS)
 def judged(seed: int, effort: Effort = UNTOUCHED) -> Rows:
     """Networks that come with the package and baselines, on points that nothing was chosen by; trees have no gradient."""
@@ -139,9 +133,6 @@ def cards(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
         exact = counts["exact, before a root or an iteration"]
         facts |= {"operations": counts["layers"], "exact_operations": exact}
         yield {"index": index, "kind": kind, **facts}
-
-
-# ---- the selection effect, and pruning -------------------------------------------------------------
 
 
 @experiment(
@@ -202,8 +193,6 @@ def pruned(
             yield {"index": name, "spread": spread, "allowed": allowed, **counts}
 
 
-# ---- other systems ---------------------------------------------------------------------------------
-
 _TRANSLATIONS, _OUT_OF_PLANE, _TILTS = (0, 1, 2), (2, 3, 4), (3, 4)
 
 
@@ -229,13 +218,9 @@ def elsewhere(
         recipe, view = Recipe(size, rows=effort.rows, epochs=epochs), View(space.joints, inputs)
         (network,) = prepare(recipe, view, f, space, (seed,), rows_seed=seed)
         low, high = points.values.aminmax()
-        errors = {
-            "error": judge(network, points).maximum,
-            "constant": (high - low) / (high + low),
-            "span": high / low,
-        }
-        key = {"system": system, "index": name, "claim": claim}
-        yield {**key, "inputs": len(inputs), "neurons": size, **errors}
+        constant, error = (high - low) / (high + low), judge(network, points).maximum
+        key = {"system": system, "index": name, "claim": claim, "inputs": len(inputs), "neurons": size}
+        yield {**key, "error": error, "constant": constant, "span": high / low}
 
 
 def _systems() -> Iterator[tuple[str, str, Chain, str, Index, tuple[int, ...]]]:
@@ -249,12 +234,9 @@ def _systems() -> Iterator[tuple[str, str, Chain, str, Index, tuple[int, ...]]]:
         ("space-robots", "PUMA 560 on a free base", puma.on_vehicle(on_vehicle), ()),
         ("mobile-robots", "UVMS confined to a plane", uvms, _OUT_OF_PLANE),
     ):
-        rates, held = (
-            tuple(float(joint not in still) for joint in range(chain.joints)),
-            {*_TRANSLATIONS, *still},
-        )
+        rates = tuple(float(joint not in still) for joint in range(chain.joints))
         for name, index in INDICES.items():
-            yield claim, system, chain, name, replace(index, joint_rates=rates), tuple(sorted(held))
+            yield claim, system, chain, name, replace(index, joint_rates=rates), (*_TRANSLATIONS, *still)
     slow = (0.5,) * 3 + (0.3,) * 3 + (1.0,) * 6
     for name, index in {
         "w, slow vehicle": Index("manipulability", joint_rates=slow),

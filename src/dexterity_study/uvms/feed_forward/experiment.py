@@ -215,9 +215,6 @@ def training_times(seed: int, cases: Cases = TIMED, rounds: int = 10, epochs: in
         yield {"rows": rows, "neurons": neurons, **{name: getattr(took, name) for name in QUARTILES}}
 
 
-# ---- data ------------------------------------------------------------------------------------------
-
-
 @cache
 def compiled(name: str) -> tuple[symbolic.CompiledIndex, View]:
     """Return an index in compiled C, and the joints that it depends on."""
@@ -238,9 +235,6 @@ def _errors(index: str, network: FeedForward, fresh: int, point: Point | None = 
     exact = compiled(index)[0](q)
     with torch.no_grad():
         return ((network(q) - exact) / exact).abs()
-
-
-# ---- networks --------------------------------------------------------------------------------------
 
 
 def _trained(

@@ -16,7 +16,6 @@ from dexterity_study.page.tables import over_seeds, show, with_range
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LARGER, LIMIT, TRAINED_ON
 from dexterity_study.uvms.feed_forward.verdicts import ends
 
-
 RULES = {"factor": "toolbox's rule", "gain_ratio": "gain ratio"}
 
 
