@@ -121,7 +121,7 @@ def learned_methods(
 @experiment(keys=("model", "start"), smoke={"epochs": 8}, **OF_CRANE)
 def inversions(seed: int, epochs: int = 200) -> Iterator[dict[str, Any]]:
     """Share of the test that Gauss–Newton misses by the model that is inverted, plain and damped, and the worst miss."""
-    task, random = positioning.thesis_task(), torch.Generator().manual_seed(seed)
+    task, random = positioning.thesis_task(), _seeded(seed)
     upper = task.starts.new_tensor(task.crane.upper)
     starts = {
         "rigid solution, rounded": task.starts,
@@ -235,11 +235,11 @@ def times(
         "sag": {name: partial(_ask, sag) for name, sag in sags.items()},
         "point": {name: method for name, method in methods.items() if name != NOTHING},
     }
-    small, few, batch = sizes
+    small, (slow, fast) = sizes[0], ([fresh_task(count)] for count in sizes[1:])
     ones = [_every(test, len(test), start) for start in range(2, len(test), len(test) // small)]
     ways = {("training data", "at once"): [Way("training data", crane.training_set, 1)]}
     for of, points in itertools.product(asked, ("one by one", "at once")):
-        many = {name: [fresh_task(few if name in SLOW else batch)] for name in asked[of] if name != GENETIC}
+        many = {name: slow if name in SLOW else fast for name in asked[of] if name != GENETIC}
         tasks = many if points == "at once" else dict.fromkeys(asked[of], ones)
         ways[of, points] = [
             Way(name, partial(_all, asked[of][name], own), sum(map(len, own))) for name, own in tasks.items()

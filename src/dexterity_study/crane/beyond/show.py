@@ -44,38 +44,25 @@ def loop_errors(stored: Evidence) -> Figure:
         for kind, dashes in zip(KINDS, ("o-", "o--"), strict=True):
             errors = 1e3 * loop(stored, name)[kind]
             ax.semilogy(errors, dashes, color=color, markersize=4, label=f"{name}, {kind}")
-    ax.axhline(
-        load_paper("rouvinen1999").printed("crane-correction-mean")[2],
-        color="k",
-        lw=1,
-        label="thesis's best mean",
-    )
+    best = load_paper("rouvinen1999").printed("crane-correction-mean")[2]
+    ax.axhline(best, color="k", lw=1, label="thesis's best mean")
     ax.set(xlabel="structural solves", ylabel="error [mm]")
     fig.legend(loc="outside upper center", ncols=2, fontsize="small")
     return fig
 
 
 def choices(stored: Evidence) -> Markup:
-    """Set root mean squares [mm] over held-out poses, and what they choose."""
-    rows = {
-        {"degree": "degree of the regression", "neurons": "neurons in angles"}[str(of)]: {
-            "tried": ", ".join(
-                f"{size}: {1e3 * error:.3g}" for size, error in zip(own["size"], own["error"], strict=True)
-            ),
-            "chosen": own.set_index("size")["error"].idxmin(),
-        }
-        for of, own in stored["choices"].where().groupby("of", sort=False)
-    }
-    return show(pd.DataFrame.from_dict(rows, orient="index"))
+    """Set root mean squares [mm] over held-out poses, by degree of the regression and by neurons."""
+    rows = stored["choices"].where().pivot(index="size", columns="of", values="error")
+    return show((1e3 * rows).rename(index=str).rename_axis(columns=None))
 
 
 def methods(stored: Evidence, live: Table) -> Markup:
     """Set errors [mm] on linear statics: on the test, live besides, and at fresh points."""
-    heads = {"test_mean": "mean", "test_largest": "largest", "fresh_mean": "fresh, mean"}
-    columns = _in_mm(
-        _methods(stored), ["method"], heads | {"fresh_99": "fresh, 99 %", "fresh_largest": "fresh, largest"}
-    )
-    columns.insert(1, "mean, live", _in_mm(live.where(), ["method"], {"test_mean": "mean"})["mean"])
+    kinds = {"test_mean": "mean", "test_largest": "largest"}
+    kinds |= {"fresh_mean": "fresh, mean", "fresh_99": "fresh, 99 %", "fresh_largest": "fresh, largest"}
+    columns = _in_mm(_methods(stored), "method", kinds)
+    columns.insert(1, "mean, live", _in_mm(live.where(), "method", {"test_mean": "mean"})["mean"])
     return show(columns.fillna("–"))
 
 
@@ -83,7 +70,7 @@ def corotational(stored: Evidence) -> Markup:
     """Set errors [mm] on the co-rotational structure."""
     itself = loop(stored, "co-rotational").tail(1).rename(columns={k: f"corotational_{k}" for k in KINDS})
     rows = pd.concat([_methods(stored), itself.assign(method=COROTATIONAL)])
-    return show(_in_mm(rows, ["method"], {f"corotational_{kind}": kind for kind in KINDS}))
+    return show(_in_mm(rows, "method", {f"corotational_{kind}": kind for kind in KINDS}))
 
 
 def inversions(stored: Evidence) -> Markup:
@@ -127,9 +114,8 @@ def trade(stored: Evidence) -> Figure:
 
 def remedies(stored: Evidence) -> Markup:
     """Set errors [mm] with the data that the thesis wishes for."""
-    rows = pd.concat(
-        [stored["lighter_payloads"].where().assign(method="method 1"), stored["even_data"].where()]
-    )
+    lighter = stored["lighter_payloads"].where().assign(method="method 1")
+    rows = pd.concat([lighter, stored["even_data"].where()])
     heads = {"spot": "(2, 2), 30 kg", "light": "mean with 30 kg", "mean": "mean", "largest": "largest"}
     return show(_in_mm(rows, ["method", "data"], heads))
 
@@ -139,7 +125,7 @@ def sizes(stored: Evidence) -> Markup:
     rows = stored["smaller_crane"].where()
     rows["beside"] = rows["mean"] / rows["size"]
     heads = {"mean": "mean", "largest": "largest", "beside": "mean, of the first crane's size"}
-    columns = _in_mm(rows, ["size"], heads).join(rows.groupby("size")["amplification"].first())
+    columns = _in_mm(rows, "size", heads).join(rows.groupby("size")["amplification"].first())
     return show(columns.rename(index=_size))
 
 
@@ -167,9 +153,7 @@ def refusals() -> Markup:
     """Set what the package answers to what cannot be had."""
     task = positioning.thesis_task([(3.0, 2.0)], [100.0])
     asked: dict[str, Callable[[], object]] = {
-        "strokes beyond their ends: within_limits": lambda: (
-            crane.within_limits(task.starts + 0.5).all().item()
-        ),
+        "strokes beyond their ends: within_limits": lambda: crane.within_limits([0.2, 0.3, 2.5]).all().item(),
         "a point out of reach: within_limits": lambda: crane.inverse([9.0, 9.0]).within_limits.item(),
         "a point out of reach, as a task": lambda: positioning.thesis_task([(9.0, 9.0)]),
         "a load beyond the rating": lambda: crane.deflection(task.starts, 600.0),
@@ -190,7 +174,7 @@ def _methods(stored: Evidence) -> pd.DataFrame:
     return pd.concat([stored["learned_methods"].where(), stored["exact_methods"].where()])
 
 
-def _in_mm(rows: pd.DataFrame, index: list[str], heads: dict[str, str]) -> pd.DataFrame:
+def _in_mm(rows: pd.DataFrame, index: str | list[str], heads: dict[str, str]) -> pd.DataFrame:
     """Write medians and ranges over the seeds [mm]."""
     return over_seeds(rows.assign(**{name: 1e3 * rows[name] for name in heads}), index, heads)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -62,9 +61,8 @@ def growth(evidence: Evidence, goal: float = 1e-3) -> list[tuple[float, float]]:
 
 
 def _on_remedies(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    spot, light = (
-        1e3 * evidence["lighter_payloads"].by_seed(name, over="data") for name in ("spot", "light")
-    )
+    lighter = evidence["lighter_payloads"]
+    spot, light = (1e3 * lighter.by_seed(name, over="data") for name in ("spot", "light"))
     before, after = spot.columns
     yield on(
         "crane-lighter-payloads-would-help",
@@ -73,22 +71,14 @@ def _on_remedies(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
         f"with 30 kg goes from {with_range(light[before])} to {with_range(light[after])} mm.",
         ours=f"{with_range(spot[after])} mm against {with_range(spot[before])} mm",
     )
-    largest = {
-        method: 1e3 * evidence["even_data"].by_seed("largest", over="data", method=method)
-        for method in ("method 2", "method 3")
-    }
-    shares = {
-        method: (own["as many, evenly"] < own["thesis's grid"]).mean() for method, own in largest.items()
-    }
+    of_data = evidence["even_data"]
+    largest = {m: 1e3 * of_data.by_seed("largest", over="data", method=m) for m in ("method 2", "method 3")}
+    shares = {m: (own["as many, evenly"] < own["thesis's grid"]).mean() for m, own in largest.items()}
+    told = (f"{m}: {with_range(own[data])} mm ({data})" for m, own in largest.items() for data in own)
     yield on(
         "crane-denser-data-would-help",
         {method: bool(share >= HALF) for method, share in shares.items()},
-        "Cases: methods whose largest error falls in most seeds. Largest errors, "
-        + "; ".join(
-            f"{method}: " + ", ".join(f"{with_range(own[data])} mm ({data})" for data in own)
-            for method, own in largest.items()
-        )
-        + ".",
+        f"Cases: methods whose largest error falls in most seeds. Largest errors, {'; '.join(told)}.",
         ours=", ".join(f"{share:.0%} of the seeds ({method})" for method, share in shares.items()),
     )
     errors = 1e3 * evidence["smaller_crane"].by_seed("mean", over="size")
@@ -128,18 +118,16 @@ def _on_solving(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
         ours=f"mean {1e3 * once:.3g} mm after one solve, largest {1e3 * last:.3g} mm after {solves}",
     )
     seconds = times(evidence, "training data", "at once")["median"]["training data"]
-    measured, apart = (
-        on.printed("crane-measured-target-rmean")[-1],
-        1e3 * evidence["models_apart"].where()[["mean", "largest"]],
-    )
+    apart = 1e3 * evidence["models_apart"].where()[["mean", "largest"]].to_numpy()[0]
+    measured = on.printed("crane-measured-target-rmean")[-1]
     yield on(
         "crane-simulation-suffices",
         {
             "quickly": bool(seconds < 60 * on.printed("crane-training-time")),
             "accurately": bool(measured <= simulated + on.printed("crane-measured-accuracy")),
         },
-        f"A co-rotational structure differs from linear statics by {apart['mean'].item():.3g} mm on average, "
-        f"{apart['largest'].item():.3g} mm at most. The real crane, compensated so, is measured {measured} mm off on average "
+        f"A co-rotational structure differs from linear statics by {apart[0]:.3g} mm on average, "
+        f"{apart[1]:.3g} mm at most. The real crane, compensated so, is measured {measured} mm off on average "
         f"in the thesis, where simulation has {simulated:.3g} mm.",
         ours=f"{seconds:.2g} s for all of the training data, on one core",
     )
@@ -147,26 +135,17 @@ def _on_solving(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
 
 def _on_speed(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     points = {of: times(evidence, "point", of) for of in ("at once", "one by one")}
-    limits: dict[str, Any] = {
+    limits = {
         name: Reading.of(on.paper.key, name)["crane-real-time"] for name in ("chosen", "crane-real-time=0.1")
     }
-    slow = {
-        (name, of): own["upper"][LOOP] >= limit
-        for name, limit in limits.items()
-        for of, own in points.items()
-    }
-    then = (
-        60
-        * on.printed("crane-training-time")
-        / on.printed("crane-grid-vectors")
-        * loop(evidence, "linear").index.max()
-    )
+    slow = {(name, of): points[of]["upper"][LOOP] >= limit for name, limit in limits.items() for of in points}
+    analysis = 60 * on.printed("crane-training-time") / on.printed("crane-grid-vectors")
     yield on(
         "crane-iterative-is-expensive",
         pd.Series(slow, dtype=bool).rename_axis(["reading", "points"]),
         "Cases: points that come at once, which tells the arithmetic, and one by one, which is mostly calls from Python. "
         f"The co-rotational structure takes {_ms(points['at once'], COROTATIONAL)} at once. With the analyses of "
-        f"1999 a point would have taken {then:.1f} s, and the claim was right then.",
+        f"1999 a point would have taken {analysis * loop(evidence, 'linear').index.max():.1f} s, and the claim was right then.",
         ours="; ".join(f"{_ms(own, LOOP)} a point {of}" for of, own in points.items()),
     )
     sags = {of: times(evidence, "sag", of) for of in ("at once", "one by one")}
