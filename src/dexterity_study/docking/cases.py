@@ -51,10 +51,10 @@ def problem_of(reading: Mapping[str, Any], **settings: Any) -> DockingProblem:
     return DockingProblem(arm_of(reading), region=reading["reading-of-the-group"], **settings)
 
 
-def printed(claim: str) -> Tensor:
-    """Return what the paper prints for a claim, as a vector."""
+def printed(claim: str, what: str = "value") -> Tensor:
+    """Return what the paper prints for a claim, or the rounding of it."""
     ledger = tomllib.loads(store.data_path(*OF_LEDGER["data"][0].split("/")).read_text(encoding="utf-8"))
-    (value,) = (entry["value"] for entry in ledger["claims"] if entry["id"] == claim)
+    (value,) = (entry[what] for entry in ledger["claims"] if entry["id"] == claim)
     return torch.tensor(value, dtype=torch.float64)
 
 
