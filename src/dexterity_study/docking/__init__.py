@@ -1,1 +1,1 @@
-"""Paper B: where an underwater vehicle docks for its arm to be dexterous over a task area."""
+"""Paper B: docking of an underwater vehicle with its arm."""
