@@ -34,7 +34,9 @@ CASES: Mapping[str, str] = {
 
 PAPER = {"paper": "sotiropoulos2011"}
 OF_DATA = {"data": ("robots/docking_arm.toml",)}
-OF_LEDGER = {"data": ("papers/sotiropoulos2011/claims.toml", *OF_DATA["data"])}
+OF_LEDGER = {
+    "data": tuple(f"papers/sotiropoulos2011/{of}.toml" for of in ("claims", "settings")) + OF_DATA["data"]
+}
 """Data files of an experiment that computes at poses or angles which the paper prints."""
 
 ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
@@ -51,10 +53,12 @@ def problem_of(reading: Mapping[str, Any], **settings: Any) -> DockingProblem:
     return DockingProblem(arm_of(reading), region=reading["reading-of-the-group"], **settings)
 
 
-def printed(claim: str) -> Tensor:
-    """Return what the paper prints for a claim, as a vector."""
-    ledger = tomllib.loads(store.data_path(*OF_LEDGER["data"][0].split("/")).read_text(encoding="utf-8"))
-    (value,) = (entry["value"] for entry in ledger["claims"] if entry["id"] == claim)
+def printed(name: str, of: str = "claims") -> Tensor:
+    """Return what the paper prints for a claim or one of its settings, as a vector."""
+    ledger = tomllib.loads(
+        store.data_path("papers", PAPER["paper"], f"{of}.toml").read_text(encoding="utf-8")
+    )
+    (value,) = (entry["value"] for entry in ledger[of] if entry["id"] == name)
     return torch.tensor(value, dtype=torch.float64)
 
 

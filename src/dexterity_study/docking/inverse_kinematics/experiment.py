@@ -13,13 +13,11 @@ from dexterity import docking, robots, spatial
 from dexterity.chain import Chain
 from dexterity.indices import manipulability
 from dexterity.inverse_kinematics import spherical_wrist, subproblem_1, subproblem_2, subproblem_3
+from dexterity_study.docking.cases import OF_DATA, ROUNDING
 from dexterity_study.engine.experiment import experiment
 
 SAME = 1e-6
 """What counts as the same: joint values [rad], and w beside the largest w."""
-
-ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
-STATED = {"data": ("robots/docking_arm.toml",)}
 
 
 def arms() -> dict[str, Chain]:
@@ -33,8 +31,12 @@ def arms() -> dict[str, Chain]:
     home = torch.eye(4, dtype=torch.float64)
     home[:3, 3] = points[-1]
     skew = Chain(torch.cat([torch.linalg.cross(points, directions), directions], dim=1), home)
-    own = {"stated": robots.docking_arm(), "fitted": robots.docking_arm("fitted")}
-    return {**own, "PUMA 560": robots.puma560(), "all axes skew": skew}
+    return {
+        "stated": robots.docking_arm(),
+        "fitted": robots.docking_arm("fitted"),
+        "PUMA 560": robots.puma560(),
+        "all axes skew": skew,
+    }
 
 
 @experiment(
@@ -67,7 +69,7 @@ def round_trips(seed: int, poses: int = 200_000) -> Iterator[dict[str, Any]]:
         }
 
 
-@experiment(smoke={"poses": 300}, **STATED, **ROUNDING)
+@experiment(smoke={"poses": 300}, **OF_DATA, **ROUNDING)
 def three_subproblems(seed: int, poses: int = 200_000) -> Iterator[dict[str, Any]]:
     """Difference [rad] of 99 % of the stated arm's branches from those by subproblems 1 to 3."""
     arm = robots.docking_arm()
@@ -78,7 +80,7 @@ def three_subproblems(seed: int, poses: int = 200_000) -> Iterator[dict[str, Any
     yield {"difference": torch.quantile(misses, 0.99)}
 
 
-@experiment(arrays=("short", "apart"), **STATED, **ROUNDING)
+@experiment(arrays=("short", "apart"), **OF_DATA, **ROUNDING)
 def border(seed: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
     """Difference of the stated arm's two elbows [rad], and how far the border is [m], as it stretches."""
     short, elbows = stretching(robots.docking_arm())
