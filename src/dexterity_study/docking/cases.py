@@ -53,12 +53,11 @@ def problem_of(reading: Mapping[str, Any], **settings: Any) -> DockingProblem:
     return DockingProblem(arm_of(reading), region=reading["reading-of-the-group"], **settings)
 
 
-def printed(name: str, of: str = "claims") -> Tensor:
-    """Return what the paper prints for a claim or one of its settings, as a vector."""
-    ledger = tomllib.loads(
-        store.data_path("papers", PAPER["paper"], f"{of}.toml").read_text(encoding="utf-8")
-    )
-    (value,) = (entry["value"] for entry in ledger[of] if entry["id"] == name)
+def printed(name: str, what: str = "value", of: str = "claims") -> Tensor:
+    """Return what the paper prints for a claim, or for one of its settings, or the rounding of it."""
+    file = store.data_path("papers", PAPER["paper"], f"{of}.toml")
+    ledger = tomllib.loads(file.read_text(encoding="utf-8"))
+    (value,) = (entry[what] for entry in ledger[of] if entry["id"] == name)
     return torch.tensor(value, dtype=torch.float64)
 
 
