@@ -40,16 +40,9 @@ def by_arm(table: Table) -> pd.DataFrame:
 def angles(stored: Evidence) -> Markup:
     """Set by how much the angles of Table 4 miss the nearest branch, and the corner."""
     rows = by_arm(stored["angles"]).set_index(["corner", "arm"]).sort_index(sort_remaining=False)
-    return show(
-        rows[[*(ANGLES[i] for i in COMPARED), "off"]].rename(columns={"off": "off the corner [m]"}), "{:.4f}"
-    )
-
-
-def entries(stored: Evidence) -> Markup:
-    """Count the entries of Table 4 that match."""
-    rows = by_arm(stored["angles"])
-    counts = matches(rows).groupby(rows["arm"], sort=False).sum()
-    return show(counts.map("{} of 20".format).rename("entries that match"))
+    columns = [*(ANGLES[i] for i in COMPARED), "off the corner [m]"]
+    rows = rows.rename(columns={"off": columns[-1]})[columns]
+    return show(rows.assign(match=matches(rows)), "{:.4f}")
 
 
 def runs(stored: Evidence) -> Markup:

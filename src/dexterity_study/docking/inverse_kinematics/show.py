@@ -37,7 +37,7 @@ def four_ways(title: str, arm: Chain, pose: Tensor) -> scenes.Scene:
 def round_trips(stored: Evidence, live: Table) -> Markup:
     """Set pose errors and shares of the round trips by arm, stored and live."""
     rows = pd.concat({"stored": stored["round_trips"].where(), "live": live.where()}, names=["run"])
-    rows = rows.reset_index("run").set_index(["arm", "run"]).sort_index(level="arm", sort_remaining=False)
+    rows = rows.reset_index("run").set_index(["run", "arm"])
     heads = {"found": "own configuration found [%]", "refused": "out of reach, flagged [%]"}
     errors = rows["pose_error"].map("{:.0e}".format).rename("largest pose error")
     values = rows["values_of_w"].rename("different w at most")
