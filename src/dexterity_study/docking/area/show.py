@@ -39,7 +39,7 @@ def by_arm(table: Table) -> pd.DataFrame:
 
 def angles(stored: Evidence) -> Markup:
     """Set by how much the angles of Table 4 miss the nearest branch, and the corner."""
-    rows = by_arm(stored["angles"]).set_index(["corner", "arm"]).sort_index(sort_remaining=False)
+    rows = by_arm(stored["angles"]).sort_values("corner", kind="stable").set_index(["corner", "arm"])
     columns = [*(ANGLES[i] for i in COMPARED), "off the corner [m]"]
     rows = rows.rename(columns={"off": columns[-1]})[columns]
     return show(rows.assign(match=matches(rows)), "{:.4f}")

@@ -52,6 +52,7 @@ def _on_table_4(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
             f"The angles of the nearest branch. Without θ4, which is 0 throughout, {both('{:.0f}', hits)} of "
             f"{len(COMPARED)} match. The printed ones put the tool off the corner by {both('{:.0f} mm', 1e3 * own['off'])}.",
             form="{:.3f}",
+            ours="" if own["θ1"].loc["chosen"].notna().all() else "out of reach",
         )
     angles = {corner: np.array(on.printed(f"configuration-{corner.lower()}")) for corner in CORNERS}
     lower, upper = (np.array(on.printed(f"{side}-limits")) for side in ("lower", "upper"))
