@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import torch
@@ -53,9 +54,13 @@ def problem_of(reading: Mapping[str, Any], **settings: Any) -> DockingProblem:
 
 def printed(claim: str, what: str = "value") -> Tensor:
     """Return what the paper prints for a claim, or the rounding of it."""
+    return torch.tensor(_claims()[claim][what], dtype=torch.float64)
+
+
+@cache
+def _claims() -> dict[str, dict[str, Any]]:
     ledger = tomllib.loads(store.data_path(*OF_LEDGER["data"][0].split("/")).read_text(encoding="utf-8"))
-    (value,) = (entry[what] for entry in ledger["claims"] if entry["id"] == claim)
-    return torch.tensor(value, dtype=torch.float64)
+    return {entry["id"]: entry for entry in ledger["claims"]}
 
 
 def printed_poses() -> Tensor:
