@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import torch
@@ -34,9 +35,8 @@ CASES: Mapping[str, str] = {
 
 PAPER = {"paper": "sotiropoulos2011"}
 OF_DATA = {"data": ("robots/docking_arm.toml",)}
-OF_LEDGER = {
-    "data": tuple(f"papers/sotiropoulos2011/{of}.toml" for of in ("claims", "settings")) + OF_DATA["data"]
-}
+LEDGERS = tuple(f"papers/sotiropoulos2011/{of}.toml" for of in ("claims", "settings"))
+OF_LEDGER = {"data": (*LEDGERS, *OF_DATA["data"])}
 """Data files of an experiment that computes at poses or angles which the paper prints."""
 
 ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
@@ -53,12 +53,15 @@ def problem_of(reading: Mapping[str, Any], **settings: Any) -> DockingProblem:
     return DockingProblem(arm_of(reading), region=reading["reading-of-the-group"], **settings)
 
 
-def printed(name: str, what: str = "value", of: str = "claims") -> Tensor:
-    """Return what the paper prints for a claim, or for one of its settings, or the rounding of it."""
-    file = store.data_path("papers", PAPER["paper"], f"{of}.toml")
-    ledger = tomllib.loads(file.read_text(encoding="utf-8"))
-    (value,) = (entry[what] for entry in ledger[of] if entry["id"] == name)
-    return torch.tensor(value, dtype=torch.float64)
+def printed(name: str, what: str = "value") -> Tensor:
+    """Return what the paper prints for a claim or a setting, or the rounding of it."""
+    return torch.tensor(_ledger()[name][what], dtype=torch.float64)
+
+
+@cache
+def _ledger() -> dict[str, dict[str, Any]]:
+    parts = [tomllib.loads(store.data_path(*name.split("/")).read_text(encoding="utf-8")) for name in LEDGERS]
+    return {entry["id"]: entry for part in parts for entries in part.values() for entry in entries}
 
 
 def printed_poses() -> Tensor:

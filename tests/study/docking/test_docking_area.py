@@ -55,7 +55,7 @@ def test_angles_that_a_branch_has_are_found_through_full_turns():
 
 
 def test_the_ill_placed_pose_is_on_the_quarter_of_the_first_run():
-    ill, first = printed("ill-placed-pose", of="settings"), printed_poses()[0]
+    ill, first = printed("ill-placed-pose"), printed_poses()[0]
     assert (torch.sign(ill[:2]) == torch.sign(first[:2])).all()
 
 

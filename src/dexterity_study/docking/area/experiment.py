@@ -89,7 +89,7 @@ def angles(seed: int, reading: Mapping[str, Any]) -> Iterator[dict[str, Any]]:  
 @experiment(keys=("pose",), arrays=("w",), smoke={"per_side": 9}, **BY_TOOL, **OF_LEDGER)
 def maps(seed: int, reading: Mapping[str, Any], per_side: int = 101) -> tuple[list[Any], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
     """Shares of the task area with at least half of the largest w and with none; every other point of the maps."""
-    poses = {"first run": printed_poses()[0], "ill placed": printed("ill-placed-pose", of="settings")}
+    poses = {"first run": printed_poses()[0], "ill placed": printed("ill-placed-pose")}
     points, half = docking.square(0.2, per_side), (per_side + 1) // 2
     tool, rows, drawn = TOOLS[reading["tool-orientation"]], [], []
     for name, pose in poses.items():

@@ -6,7 +6,7 @@ Source: Sotiropoulos, Aspragathos & Andritsos (2011), Eqs. 3–15, Tables 2 and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +20,7 @@ from dexterity import docking, robots, spatial
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
 from dexterity.search import GeneticOptions, ZoomOptions
+from dexterity.search.box import Objective
 from dexterity.search.genetic import Chromosome, genetic_search
 from dexterity_study.docking import cases
 from dexterity_study.engine.experiment import experiment
@@ -47,26 +48,38 @@ POPULATION = GeneticOptions().population
     **OF_CASE,
 )
 def genetic(seed: int, reading: Mapping[str, Any], generations: int = 500) -> Iterator[dict[str, Any]]:
-    """A genetic run: its pose, and the share of its individuals that are not allowed."""
-    problem, random = problem_of(reading), torch.Generator().manual_seed(seed)
-    forbidden = []
-
-    def fitness(poses: Tensor) -> Tensor:
-        forbidden.append(1 - problem.allows(poses).double().mean().item())
-        return problem.fitness(poses)
-
-    steps, options = [reading["precision"]] * 4, GeneticOptions(generations=generations)
-    found = genetic_search(fitness, problem.lower, problem.upper, steps, random, options)
+    """The pose that a genetic run finds, and the share of a fine grid over the area that is dead there."""
+    problem, options = problem_of(reading), GeneticOptions(generations=generations)
+    found = docking.genetic_docking(problem, seed, options, reading["precision"])
     yield {
-        **dict(zip(VARIABLES, found.point, strict=True)),
-        "fitness": found.value,
-        "evaluations": found.evaluations,
-        "allowed": problem.allows(found.point),
-        "faces": faces_area(found.point),
-        "dead": (docking.largest_manipulability(problem.arm, found.point, FINE) == 0).double().mean(),
-        "forbidden_first": forbidden[0],
-        "forbidden_last": np.mean(forbidden[-10:]),
+        **dict(zip(VARIABLES, found.pose, strict=True)),
+        "fitness": found.fitness,
+        "evaluations": found.search.evaluations,
+        "allowed": problem.allows(found.pose),
+        "faces": faces_area(found.pose),
+        "dead": (docking.largest_manipulability(problem.arm, found.pose, FINE) == 0).double().mean(),
     }
+
+
+@experiment(readings=OTHERS, smoke={"runs": 1, "generations": 3}, **OF_CASE)
+def penalty(
+    seed: int, reading: Mapping[str, Any], runs: int = 30, generations: int = 500
+) -> Iterator[dict[str, Any]]:
+    """Share of the individuals that are not allowed, in the first generation and in the last ten, over runs."""
+    problem, options = problem_of(reading), GeneticOptions(generations=generations)
+    steps, forbidden = [reading["precision"]] * 4, np.zeros((runs, 2))
+    for run in range(runs):
+        shares = []
+
+        def fitness(poses: Tensor, shares: list[float] = shares) -> Tensor:
+            shares.append(1 - problem.allows(poses).double().mean().item())
+            return problem.fitness(poses)
+
+        random = torch.Generator().manual_seed(seed + run)
+        genetic_search(fitness, problem.lower, problem.upper, steps, random, options)
+        forbidden[run] = shares[0], np.mean(shares[-10:])
+    first, last = forbidden.mean(axis=0)
+    yield {"first": first, "last": last}
 
 
 @experiment(
@@ -80,14 +93,13 @@ def optimum(
     best = by_grids(problem, **grids)
     images = torch.stack([_turned(best.pose, quarters) for quarters in range(4)])
     worth = problem.area_manipulability(images)
-    options = {"popsize": 30, "maxiter": generations, "tol": 1e-10, "atol": 1e-10}
     tries = [(box, one) for box in problem.boxes for one in range(seed, seed + evolutions)]
     yield {
         **dict(zip(VARIABLES, best.pose, strict=True)),
         "fitness": best.fitness,
         "area_manipulability": best.area_manipulability,
         "distance": best.distance,
-        "evolved": max(_evolved(problem.objective, box, one, **options) for box, one in tries),
+        "evolved": max(evolved(problem.objective, box, one, generations) for box, one in tries),
         "on_lattice": max(_on_lattice(problem, image, reading["precision"]) for image in images),
         "tied": ((worth / best.area_manipulability - 1).abs() < 1e-9).sum(),
         "nearest_image": problem.distance(images).min(),
@@ -153,10 +165,10 @@ def peers(seed: int, reading: Mapping[str, Any], generations: int = 500) -> Iter
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     found = docking.genetic_docking(problem, seed, options, reading["precision"])
     count, box = found.search.evaluations, (problem.lower, problem.upper)
-    sizes = {"popsize": POPULATION // len(problem.lower), "maxiter": count // POPULATION - 1, "tol": 0.0}
+    generations, popsize = count // POPULATION - 1, POPULATION // len(problem.lower)
     yield {
         "genetic": found.fitness,
-        "differential evolution": _evolved(problem.fitness, box, seed, **sizes),
+        "differential evolution": evolved(problem.fitness, box, seed, generations, popsize, tol=0.0),
         "CMA-ES": _by_cma(problem, count, seed),
     }
 
@@ -249,27 +261,35 @@ def by_grids(
     return docking.global_docking(problem, [step, step, step, turn_step], options)
 
 
-# ---- searches --------------------------------------------------------------------------------------
-
-
-def _bounds(box: tuple[Tensor, Tensor]) -> list[tuple[float, float]]:
-    return list(zip(*(limit.tolist() for limit in box), strict=True))
-
-
-def _evolved(
-    objective: Callable[[Tensor], Tensor], box: tuple[Tensor, Tensor], seed: int, **options: float
+def evolved(
+    objective: Objective,
+    box: tuple[Tensor, Tensor],
+    seed: int,
+    generations: int,
+    popsize: int = 30,
+    tol: float = 1e-10,
 ) -> float:
     """Return the largest objective in a box that differential evolution finds."""
     found = differential_evolution(
         lambda x: -objective(torch.tensor(x.T)).numpy(),
         _bounds(box),
         seed=seed,
+        popsize=popsize,
+        maxiter=generations,
+        tol=tol,
+        atol=tol,
         vectorized=True,
         updating="deferred",
         polish=False,
-        **options,
     )
     return -float(found.fun)
+
+
+# ---- searches --------------------------------------------------------------------------------------
+
+
+def _bounds(box: tuple[Tensor, Tensor]) -> list[tuple[float, float]]:
+    return list(zip(*(limit.tolist() for limit in box), strict=True))
 
 
 def _by_cma(problem: DockingProblem, evaluations: int, seed: int) -> float:
