@@ -83,7 +83,10 @@ def summary() -> Markup:
 def headlines() -> Markup:
     """Set the headline claims of each paper with their verdicts."""
     verdicts = {(one.paper, one.claim): one for one in all_verdicts()}
-    parts = (_claim_table(paper, map(paper.claim, paper.headlines), verdicts, "headline") for paper in load_papers())
+    parts = (
+        _claim_table(paper, map(paper.claim, paper.headlines), verdicts, "headline")
+        for paper in load_papers()
+    )
     return Markup("\n".join(parts))
 
 
