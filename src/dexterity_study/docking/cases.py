@@ -38,7 +38,8 @@ CASES: Mapping[str, str] = {
 
 PAPER = {"paper": "sotiropoulos2011"}
 OF_DATA = {"data": ("robots/docking_arm.toml",)}
-OF_LEDGER = {"data": ("papers/sotiropoulos2011/claims.toml", *OF_DATA["data"])}
+LEDGERS = tuple(f"papers/sotiropoulos2011/{of}.toml" for of in ("claims", "settings"))
+OF_LEDGER = {"data": (*LEDGERS, *OF_DATA["data"])}
 """Data files of an experiment that computes at poses or angles which the paper prints."""
 
 ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
@@ -55,15 +56,15 @@ def problem_of(reading: Values, **settings: Any) -> DockingProblem:
     return DockingProblem(arm_of(reading), region=reading["reading-of-the-group"], **settings)
 
 
-def printed(claim: str, what: str = "value") -> Tensor:
-    """Return what the paper prints for a claim, or the rounding of it."""
-    return torch.tensor(_claims()[claim][what], dtype=torch.float64)
+def printed(name: str, what: str = "value") -> Tensor:
+    """Return what the paper prints for a claim or a setting, or the rounding of it."""
+    return torch.tensor(_ledger()[name][what], dtype=torch.float64)
 
 
 @cache
-def _claims() -> dict[str, dict[str, Any]]:
-    ledger = tomllib.loads(store.data_path(*OF_LEDGER["data"][0].split("/")).read_text(encoding="utf-8"))
-    return {entry["id"]: entry for entry in ledger["claims"]}
+def _ledger() -> dict[str, dict[str, Any]]:
+    parts = [tomllib.loads(store.data_path(*name.split("/")).read_text(encoding="utf-8")) for name in LEDGERS]
+    return {entry["id"]: entry for part in parts for entries in part.values() for entry in entries}
 
 
 def printed_poses() -> Tensor:
