@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import torch
 from torch import Tensor
@@ -13,6 +13,9 @@ from torch import Tensor
 from dexterity import docking, indices, robots, store
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
+
+Values: TypeAlias = Mapping[str, Any]
+Rows: TypeAlias = Iterator[dict[str, Any]]
 
 CORNERS: Mapping[str, tuple[float, float, float]] = {
     "K": (-0.2, -0.2, 0.0),
@@ -43,12 +46,12 @@ ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
 """Rounding errors differ a little from processor to processor."""
 
 
-def arm_of(reading: Mapping[str, Any]) -> Chain:
+def arm_of(reading: Values) -> Chain:
     """Return the arm of a reading."""
     return robots.docking_arm(reading["fitted-arm"])
 
 
-def problem_of(reading: Mapping[str, Any], **settings: Any) -> DockingProblem:
+def problem_of(reading: Values, **settings: Any) -> DockingProblem:
     """Return the docking problem of a reading, with some settings other than the paper's."""
     return DockingProblem(arm_of(reading), region=reading["reading-of-the-group"], **settings)
 

@@ -25,8 +25,8 @@ def corners_scene() -> scenes.Scene:
     scene = scenes.Scene(title, view_from=(-1, 0.4, 0.7))
     arm, pose = robots.docking_arm("fitted"), printed_poses()[0]
     for corner, color in zip(CORNERS, PALETTE, strict=True):
-        q = configuration_at(arm, pose, corner)
-        scene.add_chain(docking.on_base(arm, pose), q, name=corner, axes=False, color=color)
+        if (q := configuration_at(arm, pose, corner)) is not None:
+            scene.add_chain(docking.on_base(arm, pose), q, name=corner, axes=False, color=color)
     scene.add_path([*CORNERS.values(), CORNERS["K"]], name="task area")
     return scene
 

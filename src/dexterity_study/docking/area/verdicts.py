@@ -41,15 +41,15 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
 
 
 def _on_table_4(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    misses = evidence["angles"].rows.set_index(["reading", "seed", "corner"])
+    misses = evidence["angles"].rows.set_index(["reading", "seed"])
     for corner in CORNERS:
         claim = f"configuration-{corner.lower()}"
-        own = misses.xs(corner, level="corner").reindex(columns=[*ANGLES, "off"])
+        own = misses[misses["corner"] == corner]
         hits = matches(own)
         yield on(
             claim,
             [printed - own[angle] for angle, printed in zip(ANGLES, on.printed(claim), strict=True)],
-            f"The angles of the nearest branch. Without θ4, which is 0 throughout, {both('{:.0f}', hits)} of "
+            f"The angles of the nearest branch. Without θ4, which is printed as 0 throughout, {both('{:.0f}', hits)} of "
             f"{len(COMPARED)} match. The printed ones put the tool off the corner by {both('{:.0f} mm', 1e3 * own['off'])}.",
             form="{:.3f}",
             ours="" if own["θ1"].loc["chosen"].notna().all() else "out of reach",
@@ -125,7 +125,7 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 
 def matches(misses: pd.DataFrame) -> pd.Series:
     """Count the angles of Table 4 that match a branch, in each row."""
-    return (misses.reindex(columns=[ANGLES[i] for i in COMPARED]).abs() <= MATCH).sum(axis="columns")
+    return (misses[[ANGLES[i] for i in COMPARED]].abs() <= MATCH).sum(axis="columns")
 
 
 def both(form: str, values: pd.Series) -> str:

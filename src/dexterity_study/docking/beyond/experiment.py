@@ -7,9 +7,9 @@ leaves M_a alone, so that one box is enough on top.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import torch
 from torch import Tensor
@@ -20,28 +20,26 @@ from dexterity.search import GeneticOptions, ZoomOptions, ZoomSearch, genetic_se
 from dexterity.search.box import Objective
 from dexterity.timing import Way, measure
 from dexterity_study.docking import cases
-from dexterity_study.docking.search.experiment import OTHERS, evolved
+from dexterity_study.docking.cases import Rows, Values
+from dexterity_study.docking.search.experiment import OTHERS, Box, evolved
 from dexterity_study.engine.experiment import experiment
 
 BODY = (1.5, 1.2, 0.2)
 """How far the vehicle reaches behind the base, across, and below it [m]."""
 
-EXTENSIONS = (("top", 0.1), ("top", 0.2), ("top", 0.3), ("side", 0.0))
+Of: TypeAlias = Sequence[tuple[str, float]]
+EXTENSIONS: Of = (("top", 0.1), ("top", 0.2), ("top", 0.3), ("side", 0.0))
 """Face of the block, and largest roll and pitch [rad]."""
 
+SIDES = (2, 3, 5, 9, 21)
 ASSUMED = ("fitted-arm", "reading-of-the-group")
 OF_CASE: dict[str, Any] = {"assumes": ASSUMED, **cases.PAPER, **cases.OF_DATA, **cases.ROUNDING}
-SOME = {"extensions": (("top", 0.2), ("side", 0.0))}
+SOME = {"some": (("top", 0.2), ("side", 0.0))}
 COARSE = {"step": 0.4, "turn_step": 0.8, "starts": 1, "stages": 2, "shrink": 0.85}
 
 
 @experiment(keys=("points",), readings=OTHERS, smoke={"per_sides": (2, 3), **COARSE}, **OF_CASE)
-def points(
-    seed: int,  # noqa: ARG001 -- nothing is drawn
-    reading: Mapping[str, Any],
-    per_sides: Sequence[int] = (2, 3, 5, 9, 21),
-    **grids: Any,
-) -> Iterator[dict[str, Any]]:
+def points(seed: int, reading: Values, per_sides: Sequence[int] = SIDES, **grids: Any) -> Rows:  # noqa: ARG001
     """The best pose by number of control points: smallest w [m³] there, and on finer grids that have all of them."""
     for per_side in per_sides:
         own = cases.problem_of(reading, points=docking.square(0.2, per_side), distance_weight=0.0)
@@ -65,14 +63,14 @@ def points(
 )
 def optimum(
     seed: int,
-    reading: Mapping[str, Any],
-    extensions: Sequence[tuple[str, float]] = EXTENSIONS,
+    reading: Values,
+    some: Of = EXTENSIONS,
     evolutions: int = 3,
     generations: int = 500,
     **grids: Any,
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """The best pose of each extension, by grids and by differential evolution."""
-    for face, tilt in extensions:
+    for face, tilt in some:
         own = extended(reading, face, tilt)
         objective = partial(worth, own)
         boxes = own.boxes if face == "side" else own.boxes[:1]
@@ -90,14 +88,9 @@ def optimum(
 
 
 @experiment(seeds=30, keys=("face", "tilt"), readings=OTHERS, smoke={**SOME, "generations": 3}, **OF_CASE)
-def genetic(
-    seed: int,
-    reading: Mapping[str, Any],
-    extensions: Sequence[tuple[str, float]] = EXTENSIONS,
-    generations: int = 500,
-) -> Iterator[dict[str, Any]]:
+def genetic(seed: int, reading: Values, some: Of = EXTENSIONS, generations: int = 500) -> Rows:
     """Fitness that a genetic run with the paper's sizes finds."""
-    for face, tilt in extensions:
+    for face, tilt in some:
         own, random = extended(reading, face, tilt), torch.Generator().manual_seed(seed)
         steps, options = [0.01] * len(own.lower), GeneticOptions(generations=generations)
 
@@ -115,9 +108,7 @@ def genetic(
     smoke={"per_sides": (2, 3), "poses": 20},
     **cases.OF_DATA,
 )
-def rates(
-    seed: int, per_sides: Sequence[int] = (2, 3, 5, 9, 21), poses: int = 20_000
-) -> Iterator[dict[str, Any]]:
+def rates(seed: int, per_sides: Sequence[int] = SIDES, poses: int = 20_000) -> Rows:
     """Random poses rated a second on one core, by number of control points; the fewer poses the more points."""
     own, random = DockingProblem(robots.docking_arm()), torch.Generator().manual_seed(seed)
     unit = torch.rand(poses, 4, generator=random, dtype=torch.float64)
@@ -134,7 +125,7 @@ def rates(
 # ---- shared with views and tests -------------------------------------------------------------------
 
 
-def extended(reading: Mapping[str, Any], face: str, tilt: float) -> DockingProblem:
+def extended(reading: Values, face: str, tilt: float) -> DockingProblem:
     """Return the problem of a hovering vehicle, or that of docking upright at the side of the block.
 
     There the vehicle comes from 2 m before the middle, and holds on with a foot 0.2 m ahead of the arm's base. It may
@@ -172,14 +163,12 @@ def _named(pose: Tensor) -> dict[str, Tensor]:
 def _by_grids(
     problem: DockingProblem,
     objective: Objective,
-    box: tuple[Tensor, Tensor],
+    box: Box,
     step: float = 0.05,
     turn_step: float = 0.1,
-    starts: int = 8,
-    stages: int = 200,
-    shrink: float = 0.9,
+    **options: Any,
 ) -> ZoomSearch:
     """Grids of three values a variable, since there are up to six."""
     tilts = [problem.tilt] * (len(problem.lower) - 4)
-    options = ZoomOptions(starts=starts, levels=3, shrink=shrink, stages=stages)
-    return zoom_search(objective, *box, [step, step, step, *tilts, turn_step], options)
+    zoom = ZoomOptions(**{"levels": 3, "stages": 200, **options})
+    return zoom_search(objective, *box, [step, step, step, *tilts, turn_step], zoom)

@@ -6,10 +6,11 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dexterity import docking, robots
+from dexterity import docking
 from dexterity.docking import DockingProblem
+from dexterity_study.docking.beyond.experiment import genetic
 from dexterity_study.docking.beyond.verdicts import shares
-from dexterity_study.docking.cases import CASES
+from dexterity_study.docking.cases import CASES, arm_of
 from dexterity_study.docking.search.show import LABELS, STYLES, written
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.figures import COLORS
@@ -38,11 +39,12 @@ def weakest_spots(stored: Evidence, per_side: int = 81) -> Figure:
     """Draw the largest w over the area at the best poses for four and for nine points, and its weakest spot."""
     fig, panels = plt.subplots(2, 2, figsize=(6.8, 6), sharex=True, sharey=True)
     for row, variant in zip(panels, ("stated", "fitted"), strict=True):
-        best = stored["points"].where(CASES[f"{variant}, or"]).set_index("points")
+        reading = CASES[f"{variant}, or"]
+        best = stored["points"].where(reading).set_index("points")
         for ax, count in zip(row, (4, 9), strict=True):
-            pose = best.loc[count, ["x", "y", "z", "psi"]].tolist()
+            pose = best[["x", "y", "z", "psi"]].loc[count].to_numpy()
             square = docking.square(0.2, per_side)
-            w = docking.largest_manipulability(robots.docking_arm(variant), pose, square)
+            w = docking.largest_manipulability(arm_of(genetic.reading(reading)), pose, square)
             options = {"origin": "lower", "extent": (-0.2, 0.2, -0.2, 0.2), "vmin": 0}
             image = ax.imshow(w.reshape(per_side, per_side).mT, vmax=1.5 * best["at_points"].max(), **options)
             ax.plot(*square[w.argmin(), :2], "o", color=COLORS["vermillion"], clip_on=False)

@@ -39,9 +39,9 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
     """Figures that must hold for the book to be accepted."""
-    best = evidence["optimum"].where(None).set_index(["reading", "face", "tilt"])
-    for (reading, face, tilt), apart in (best["evolved"] / best["value"] - 1).abs().items():
-        yield Acceptance(f"difference of two methods, {reading}, {face}, tilt {tilt:g}", apart, 0.02)
+    for best in evidence["optimum"].where(None).to_dict("records"):
+        name = f"difference of two methods, {best['reading']}, {best['face']}, tilt {best['tilt']:g}"
+        yield Acceptance(name, abs(best["evolved"] / best["value"] - 1), 0.02)
 
 
 def shares(evidence: Evidence) -> pd.Series:

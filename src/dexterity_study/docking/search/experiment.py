@@ -6,9 +6,9 @@ Source: Sotiropoulos, Aspragathos & Andritsos (2011), Eqs. 3–15, Tables 2 and 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import torch
@@ -23,11 +23,13 @@ from dexterity.search import GeneticOptions, ZoomOptions
 from dexterity.search.box import Objective
 from dexterity.search.genetic import Chromosome, genetic_search
 from dexterity_study.docking import cases
+from dexterity_study.docking.cases import Rows, Values
 from dexterity_study.engine.experiment import experiment
 
 NEAR = 0.95
 """Share of the true optimum from which a pose is near it."""
 
+Box: TypeAlias = tuple[Tensor, Tensor]
 VARIABLES = ("x", "y", "z", "psi")
 OTHERS = tuple(cases.CASES.values())[1:]
 ALONE = {"chosen": "weights=ratio-0"} | {one: f"{one}+weights=ratio-0" for one in OTHERS}
@@ -35,7 +37,9 @@ ALONE = {"chosen": "weights=ratio-0"} | {one: f"{one}+weights=ratio-0" for one i
 
 ASSUMED = ("fitted-arm", "reading-of-the-group", "heading", "margin", "range-of-psi", "weights", "precision")
 OF_CASE: dict[str, Any] = {"assumes": ASSUMED, **cases.PAPER, **cases.OF_DATA, **cases.ROUNDING}
-COARSE = {"step": 0.2, "turn_step": 0.4, "starts": 1, "stages": 3}
+RATIOS = (0.0, 0.0005, 0.002, 0.008, 0.032, 0.128)
+COARSE: dict[str, Any] = {"step": 0.2, "turn_step": 0.4, "starts": 1, "stages": 3}
+FEW: dict[str, Any] = {"ratios": (0.01,), "runs": 1, "generations": 3, **COARSE}
 FINE = docking.square(0.2, 21)
 POPULATION = GeneticOptions().population
 
@@ -47,7 +51,7 @@ POPULATION = GeneticOptions().population
     smoke={"generations": 3},
     **OF_CASE,
 )
-def genetic(seed: int, reading: Mapping[str, Any], generations: int = 500) -> Iterator[dict[str, Any]]:
+def genetic(seed: int, reading: Values, generations: int = 500) -> Rows:
     """The pose that a genetic run finds, and the share of a fine grid over the area that is dead there."""
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     found = docking.genetic_docking(problem, seed, options, reading["precision"])
@@ -62,14 +66,12 @@ def genetic(seed: int, reading: Mapping[str, Any], generations: int = 500) -> It
 
 
 @experiment(readings=OTHERS, smoke={"runs": 1, "generations": 3}, **OF_CASE)
-def penalty(
-    seed: int, reading: Mapping[str, Any], runs: int = 30, generations: int = 500
-) -> Iterator[dict[str, Any]]:
+def penalty(seed: int, reading: Values, runs: int = 30, generations: int = 500) -> Rows:
     """Share of the individuals that are not allowed, in the first generation and in the last ten, over runs."""
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     steps, forbidden = [reading["precision"]] * 4, np.zeros((runs, 2))
     for run in range(runs):
-        shares = []
+        shares: list[float] = []
 
         def fitness(poses: Tensor, shares: list[float] = shares) -> Tensor:
             shares.append(1 - problem.allows(poses).double().mean().item())
@@ -85,9 +87,7 @@ def penalty(
 @experiment(
     readings=(*OTHERS, *ALONE.values()), smoke={"evolutions": 2, "generations": 3, **COARSE}, **OF_CASE
 )
-def optimum(
-    seed: int, reading: Mapping[str, Any], evolutions: int = 3, generations: int = 500, **grids: Any
-) -> Iterator[dict[str, Any]]:
+def optimum(seed: int, reading: Values, evolutions: int = 3, generations: int = 500, **grids: Any) -> Rows:
     """The best pose by grids, by evolution and on the lattice, and its images by quarter turns about the middle."""
     problem = problem_of(reading)
     best = by_grids(problem, **grids)
@@ -107,20 +107,15 @@ def optimum(
     }
 
 
-@experiment(
-    keys=("ratio",),
-    readings=OTHERS,
-    smoke={"ratios": (0.01,), "runs": 1, "generations": 3, **COARSE},
-    **OF_CASE,
-)
+@experiment(keys=("ratio",), readings=OTHERS, smoke=FEW, **OF_CASE)
 def front(
     seed: int,
-    reading: Mapping[str, Any],
-    ratios: Sequence[float] = (0.0, 0.0005, 0.002, 0.008, 0.032, 0.128),
+    reading: Values,
+    ratios: Sequence[float] = RATIOS,
     runs: int = 20,
     generations: int = 500,
     **grids: Any,
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """The best pose by the weight b/a [m²], and the share of genetic runs that end on the nearest quarter."""
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     step = reading["precision"]
@@ -137,9 +132,7 @@ def front(
 
 
 @experiment(readings=OTHERS, smoke={"climbs": 1, **COARSE}, **OF_CASE)
-def gradients(
-    seed: int, reading: Mapping[str, Any], climbs: int = 100, **grids: Any
-) -> Iterator[dict[str, Any]]:
+def gradients(seed: int, reading: Values, climbs: int = 100, **grids: Any) -> Rows:
     """Share of allowed poses that are flat, and climbs by L-BFGS-B in a box of the group from random ones."""
     problem = problem_of(reading)
     best = by_grids(problem, **grids).fitness
@@ -160,7 +153,7 @@ def gradients(
 
 
 @experiment(seeds=20, readings=OTHERS, reading_seeds=10, smoke={"generations": 3}, **OF_CASE)
-def peers(seed: int, reading: Mapping[str, Any], generations: int = 500) -> Iterator[dict[str, Any]]:
+def peers(seed: int, reading: Values, generations: int = 500) -> Rows:
     """Fitness that other methods find with as many evaluations as the genetic run of the same seed."""
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     found = docking.genetic_docking(problem, seed, options, reading["precision"])
@@ -176,7 +169,7 @@ def peers(seed: int, reading: Mapping[str, Any], generations: int = 500) -> Iter
 @experiment(
     keys=("run",), readings=OTHERS, assumes=ASSUMED, **cases.PAPER, **cases.OF_LEDGER, **cases.ROUNDING
 )
-def table_3(seed: int, reading: Mapping[str, Any]) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def table_3(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """What the seven printed poses are worth."""
     problem, poses = problem_of(reading), cases.printed_poses()
     columns = (problem.area_manipulability(poses), problem.distance(poses), problem.allows(poses))
@@ -185,7 +178,7 @@ def table_3(seed: int, reading: Mapping[str, Any]) -> Iterator[dict[str, Any]]: 
 
 
 @experiment(**cases.OF_LEDGER, **cases.ROUNDING)
-def printed_fitness(seed: int, headings: int = 73) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def printed_fitness(seed: int, headings: int = 73) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """Weights that come nearest to the printed fitness, whatever the heading at the start."""
     fitness, dexterity = map(cases.printed, ("fitness-of-runs", "area-manipulability-of-runs"))
     poses, turns = cases.printed_poses(), np.linspace(-math.pi, math.pi, headings).tolist()
@@ -198,7 +191,7 @@ def printed_fitness(seed: int, headings: int = 73) -> Iterator[dict[str, Any]]: 
 
 
 @experiment(**cases.OF_DATA, **cases.ROUNDING)
-def geometry(seed: int) -> Iterator[dict[str, Any]]:
+def geometry(seed: int) -> Rows:
     """Deviation of D from that of a chain of the vehicle's joints [m], and the largest jump of M_a on a turn."""
     problem = DockingProblem(robots.docking_arm(), region="or")
     poses = _drawn(problem, 1000, seed)
@@ -213,7 +206,7 @@ def geometry(seed: int) -> Iterator[dict[str, Any]]:
 # ---- shared with views and tests -------------------------------------------------------------------
 
 
-def problem_of(reading: Mapping[str, Any]) -> DockingProblem:
+def problem_of(reading: Values) -> DockingProblem:
     """Return the docking problem of a reading, with all that the chapter assumes."""
     settings = {"heading": reading["heading"], "height": reading["margin"], "yaw": reading["range-of-psi"]}
     a, b = reading["weights"]
@@ -262,12 +255,7 @@ def by_grids(
 
 
 def evolved(
-    objective: Objective,
-    box: tuple[Tensor, Tensor],
-    seed: int,
-    generations: int,
-    popsize: int = 30,
-    tol: float = 1e-10,
+    objective: Objective, box: Box, seed: int, generations: int, popsize: int = 30, tol: float = 1e-10
 ) -> float:
     """Return the largest objective in a box that differential evolution finds."""
     found = differential_evolution(
@@ -288,7 +276,7 @@ def evolved(
 # ---- searches --------------------------------------------------------------------------------------
 
 
-def _bounds(box: tuple[Tensor, Tensor]) -> list[tuple[float, float]]:
+def _bounds(box: Box) -> list[tuple[float, float]]:
     return list(zip(*(limit.tolist() for limit in box), strict=True))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,8 +18,8 @@ from dexterity.docking import DockingProblem
 from dexterity.scenes import Scene
 from dexterity.search import GeneticSearch
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.docking.cases import CASES, CORNERS, configuration_at
-from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES, with_vehicle
+from dexterity_study.docking.cases import CASES, CORNERS, arm_of, configuration_at
+from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES, genetic, with_vehicle
 from dexterity_study.docking.search.verdicts import found, optima
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.figures import COLORS
@@ -26,7 +27,9 @@ from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, with_range
 
 _LINES = (("blue", "-"), ("sky blue", "--"), ("vermillion", "-"), ("orange", "--"))
-STYLES = {case: {"color": COLORS[name], "ls": ls} for case, (name, ls) in zip(CASES, _LINES, strict=True)}
+STYLES: dict[str, Any] = {
+    case: {"color": COLORS[name], "ls": ls} for case, (name, ls) in zip(CASES, _LINES, strict=True)
+}
 LABELS = {reading: case for case, reading in CASES.items()}
 LABELS |= {alone: f"{LABELS[reading]}, b = 0" for reading, alone in ALONE.items()}
 PAPER = load_paper("sotiropoulos2011")
@@ -84,7 +87,7 @@ def peers(stored: Evidence) -> Markup:
     """Set the fitness that methods find at equal evaluations beside the optimum's."""
     rows = stored["peers"].where(None).set_index("reading")
     rows = rows.drop(columns="seed").div(optima(stored)["fitness"].loc[rows.index], axis="index") * 100
-    names = {name: name for name in rows}
+    names = {str(name): str(name) for name in rows}
     return show(over_seeds(rows.rename(LABELS).reset_index(), "reading", names, "{:.1f}"))
 
 
@@ -144,9 +147,9 @@ def weights(stored: Evidence) -> Markup:
 # ---- scenes ----------------------------------------------------------------------------------------
 
 
-def docked_scene(title: str, pose: Tensor, variant: str = "fitted") -> Scene:
+def docked_scene(title: str, pose: Tensor, reading: str = "fitted-arm=fitted") -> Scene:
     """Set the block, the hook, the vehicle docked at a pose (4,), and the arm at every corner it reaches."""
-    scene, arm = _stage(title), robots.docking_arm(variant)
+    scene, arm = _stage(title), arm_of(genetic.reading(reading))
     scene.add_box(VEHICLE, pose=docking.base_pose(pose) @ _vehicle_on_base(), name="vehicle")
     for corner, color in zip(CORNERS, ("blue", "vermillion", "bluish green", "reddish purple"), strict=True):
         q = configuration_at(arm, pose, corner)

@@ -64,13 +64,13 @@ def _on_runs(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     runs, gradients = found(evidence), evidence["gradients"].where(None)
     shares, chosen = runs["share"], runs.loc["chosen"]
     flat, climbed = (f"{gradients[of].min():.0%} to {gradients[of].max():.0%}" for of in ("flat", "climbed"))
-    penalty = evidence["penalty"]
-    first, last = penalty.values("first"), penalty.values("last")
+    first, last = (evidence["penalty"].values(end) for end in ("first", "last"))
     yield on(
         "penalty-discards",
         last < first,
-        f"Of the first generation {first.iloc[0]:.0%} are not allowed, of the last {last.iloc[0]:.0%}. Zero is more than the fitness −b D of the {flat} of the allowed poses that "
+        f"Share of the individuals that are not allowed, at the end and at the start. Zero is more than the fitness −b D of the {flat} of the allowed poses that "
         "do not reach all corners.",
+        ours=f"{last.iloc[0]:.0%}, after {first.iloc[0]:.0%}",
     )
     yield on("inside-margins", runs["allowed"], "A run whose best fitness is above zero is allowed.")
     yield on(

@@ -114,7 +114,8 @@ def times(
     start = time.perf_counter()
     network = own.taught(neurons, seed)
     yield {"task": "teach", "way": "network", "configurations": 1, "median": time.perf_counter() - start}
-    ways = {"network": network, **{f"{side**2} points": partial(rated, own.arm, side) for side in sides}}
+    ways: dict[str, Rating] = {"network": network}
+    ways |= {f"{side**2} points": partial(rated, own.arm, side) for side in sides}
     every = {**ways, f"{own.per_side**2} points": own.rate}
 
     def search(rating: Rating) -> Tensor:

@@ -93,12 +93,10 @@ def times(stored: Evidence) -> Markup:
     """Set times to rate poses, and after how many poses a network has saved the time that its teaching took."""
     rows = {}
     for arm, reading in ARMS.items():
-        own = stored["times"].where(reading).set_index(["task", "way"])
-        pool, teaching = own.loc["search", "configurations"].iloc[0], own.loc[("teach", "network"), "median"]
-        timings = [
-            Timing(way, *one)
-            for way, one in own.loc["rate", ["configurations", "lower", "median", "upper"]].iterrows()
-        ]
+        own = {task: stored["times"].where(reading, task=task) for task in ("teach", "rate", "search")}
+        pool, teaching = own["search"]["configurations"].max(), own["teach"]["median"].item()
+        quartiles = own["rate"][["way", "configurations", "lower", "median", "upper"]]
+        timings = [Timing(*one) for one in quartiles.itertuples(index=False)]
         for one in timings:
             slower = ratio(one, timings[0])
             pays = slower.distinguishable and slower.value > 1
