@@ -17,8 +17,8 @@ from dexterity_study.engine import strict
 Scalar: TypeAlias = bool | int | float | str
 Value: TypeAlias = Scalar | tuple[Scalar, ...] | tuple[tuple[Scalar, ...], ...]
 Origin: TypeAlias = Literal["text", "toolbox", "physics", "fitted"]
-"""Source of a value: the text of the paper; the software of its time, with its defaults and with what the
-authors published of their own; geometry, units and what is physically sensible; or the numbers that the paper
+"""Where a value comes from. It is the text of the paper, the software of its time, with its defaults and with what the
+authors published of their own, geometry, units and what is physically sensible, or the numbers that the paper
 prints, which it was chosen to fit."""
 
 
