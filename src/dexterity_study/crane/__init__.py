@@ -1,0 +1,1 @@
+"""Paper D: how a large flexible log crane is positioned."""
