@@ -10,6 +10,7 @@ import copy
 import itertools
 import time
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -224,8 +225,14 @@ def facts(task: Task, placement: Placement, method: str) -> dict[str, Any]:
     found = dict(zip(names, (MM * torch.cat([own.mean, own.largest])).tolist(), strict=True))
     if method == NONE:
         return found
+    place = crane.posture(placement.strokes, task.crane)
+    closes = place.lift_closes & place.jib_closes
+    # Where a linkage cannot close beyond an end, nothing goes on.
+    going_on = replace(placement, strokes=torch.where(closes[:, None], placement.strokes, task.starts))
+    unstopped = positioning.errors(task, going_on, end_stops=False).distance[closes]
     return found | {
         "stopped": own.stopped.double().mean(),
+        "unstopped_mean": MM * unstopped.mean(),
         "steps": placement.iterations.double().mean(),
         "most_steps": placement.iterations.max(),
         "moved": _moved(task, placement),

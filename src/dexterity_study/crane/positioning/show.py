@@ -28,10 +28,8 @@ def errors(stored: Evidence, live: Table) -> Markup:
         ours.insert(2 * place, head, pd.Series(own).map("{:.1f}".format))
     columns = {"mean": "mean, live", "max": "largest, live"}
     ours = ours.join(live.where().set_index("method")[list(columns)].rename(columns=columns))
-    beyond = over_seeds(
-        rows.assign(stopped=100 * rows["stopped"]), "method", {"stopped": "beyond an end, %"}, "{:.0f}"
-    )
-    return show(ours.join(beyond))
+    asked = {"stopped": "beyond an end, %", "unstopped_mean": "mean if cylinders went on"}
+    return show(ours.join(over_seeds(rows.assign(stopped=100 * rows["stopped"]), "method", asked)))
 
 
 _PRINTED = {NONE: "uncompensated", **NAMES}

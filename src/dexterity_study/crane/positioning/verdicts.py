@@ -139,10 +139,11 @@ def _on_all(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     shares = ", ".join(f"{name}: {own.mean():.0%}" for name, own in orders.items())
     note = "Of all pairs of seeds, by the mean or the largest error, whichever has fewer; the weakest of the three decides."
     yield on("crane-order", min(orders.values(), key=np.mean), note, ours=shares)
-    means = [methods.values("mean", method=method) for method in (NONE, GENETIC)]
-    exact = with_range(methods.where(method=EXACT)["mean"])
-    note = f"The first of the two is fitted. The second is {exact} mm if the rigid crane is solved exactly."
-    yield on("crane-compensation-helps", means, note, form="{:.1f}", unit="mm")
+    own, none, exact = (methods.where(method=one)["mean"] for one in (GENETIC, NONE, EXACT))
+    printed = on.printed("crane-correction-mean")[2]
+    cases = {"it falls": own.max() < none.max(), f"to {printed:.1f} mm": own.min() <= printed <= own.max()}
+    note = f"From {none.max():.1f} mm, which is fitted, to {with_range(own)} mm; to {with_range(exact)} mm if the rigid crane is solved exactly."
+    yield on("crane-compensation-helps", cases, note)
     needs_none = {"method 2": True, "method 3": False}
     note = "By what they learn from: tips, which can be measured; the first network of method 3, the tips of a rigid model."
     yield on("crane-no-kinematic-model", needs_none, note)
