@@ -15,7 +15,6 @@ from dexterity.networks import design, levenberg_marquardt
 from dexterity.networks.design import End, FeedForwardOptions, design_all, design_feed_forward
 from dexterity.networks.levenberg_marquardt import Stop
 from dexterity.networks.problem import DesignProblem, largest_relative_error
-from dexterity.networks.trials import TrialStore
 
 PROBLEM = small_problem()
 
@@ -60,7 +59,7 @@ def test_a_goal_ends_trainings():
 
 def test_a_test_that_none_passes_is_told():
     outcome = designed(testing_error=0.0, neuron_limit=3)
-    assert outcome.end is End.NEURONS
+    assert outcome.end is End.EXHAUSTED
     assert not outcome.success
     assert sizes(outcome) == [1, 2, 3]
     assert outcome.best.testing_error == min(trial.testing_error for trial in outcome.trials)
@@ -112,29 +111,27 @@ def interrupt_after(monkeypatch, steps):
     monkeypatch.setattr(levenberg_marquardt._State, "step", interrupted)
 
 
-def test_an_interrupt_returns_the_best_so_far(monkeypatch, tmp_path):
+def test_an_interrupt_returns_the_best_so_far(monkeypatch):
     interrupt_after(monkeypatch, 60)
     options = dataclasses.replace(SMALL, testing_error=0.0)
-    outcome = design_feed_forward(PROBLEM, options, trials=TrialStore(tmp_path), progress=False)
+    outcome = design_feed_forward(PROBLEM, options, progress=False)
     assert outcome.end is End.INTERRUPTED
     assert sizes(outcome) == [1, 2, 3]
     assert {trial.stop for trial in outcome.trials if trial.neurons == 3} == {Stop.INTERRUPTED}
     assert outcome.best.testing_error == min(trial.testing_error for trial in outcome.trials)
-    # What was not finished is not kept.
-    assert len(list(tmp_path.iterdir())) == 2
 
 
 @pytest.mark.parametrize("finished", [0, 2])
 def test_an_interrupt_between_trainings(monkeypatch, finished):
-    trained, calls = design._Loop.trained, []
+    size, calls = design._Loop.size, []
 
     def interrupted(*arguments):
         calls.append(arguments)
         if len(calls) > finished:
             raise KeyboardInterrupt
-        return trained(*arguments)
+        return size(*arguments)
 
-    monkeypatch.setattr(design._Loop, "trained", interrupted)
+    monkeypatch.setattr(design._Loop, "size", interrupted)
     if finished:
         assert sizes(design_anew(testing_error=0.0)) == [1, 2]
     else:

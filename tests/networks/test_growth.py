@@ -17,10 +17,9 @@ from dexterity.indices import Index
 from dexterity.networks import growth, pruning, radial_basis_design
 from dexterity.networks.growth import RadialBasisOptions, Stop, fit, grow
 from dexterity.networks.network import View
-from dexterity.networks.problem import DesignProblem, largest_relative_error
+from dexterity.networks.problem import DesignProblem, End, largest_relative_error
 from dexterity.networks.pruning import prune
-from dexterity.networks.radial_basis_design import design_radial_basis, grow_all
-from dexterity.networks.trials import TrialStore
+from dexterity.networks.radial_basis_design import design_radial_basis
 from dexterity.sampling import Box, DataSet
 
 W = Index("manipulability").bind(dx.robots.uvms())
@@ -292,7 +291,7 @@ LOOP = RadialBasisOptions(
 def key(design):
     arrays = {name: tensor.detach() for name, tensor in design.network.state_dict().items()}
     growths = [(g.spread, g.stop, g.rows, g.mean_square_errors, g.testing_errors) for g in design.growths]
-    return store.content_key(arrays, growths, design.success)
+    return store.content_key(arrays, growths, design.end)
 
 
 def test_spreads_go_in_steps_to_the_limit_itself():
@@ -322,6 +321,7 @@ def test_the_printed_loop_ends_at_the_first_spread_that_passes():
 def test_a_design_that_never_passes_says_so():
     problem = w_problem()
     ours = design_radial_basis(problem, dataclasses.replace(LOOP, testing_error=1e-5), progress=False)
+    assert ours.end is End.EXHAUSTED
     assert not ours.success
     assert len(ours.growths) == 5
     smallest = min(min(growth.testing_errors) for growth in ours.growths)
@@ -337,32 +337,25 @@ def test_jobs_do_not_change_the_result(sweep):
     assert key(together) == key(alone)
 
 
-def test_a_design_goes_on_where_it_was(tmp_path, monkeypatch):
-    problem, options = w_problem(), dataclasses.replace(LOOP, sweep="all")
-    alone = design_radial_basis(problem, options, progress=False)
-    trials = TrialStore(tmp_path)
-    some = dataclasses.replace(options, spread_limit=0.6)
-    design_radial_basis(problem, some, trials=trials, progress=False)
-    grown = []
-    monkeypatch.setattr(radial_basis_design, "grow", lambda *run: grown.append(run[1]) or grow(*run))
-    again = design_radial_basis(problem, options, trials=trials, progress=False)
-    assert key(again) == key(alone)
-    np.testing.assert_allclose(grown, [0.8, 1.0])
-    assert again.best.network.card == {}
-    assert (again.best.condition, again.best.skipped) == (alone.best.condition, alone.best.skipped)
-    # With other data nothing is found.
-    other = dataclasses.replace(problem, view=View(12, range(4, 10)))
-    design_radial_basis(other, dataclasses.replace(some, sweep="all"), trials=trials, progress=False)
-    np.testing.assert_allclose(grown[2:5], [0.2, 0.4, 0.6])
+@pytest.mark.parametrize("finished", [0, 2])
+def test_an_interrupt_returns_what_there_is(monkeypatch, finished):
+    begun = []
 
+    def interrupted(*run):
+        begun.append(run)
+        if len(begun) == finished + 1:
+            raise KeyboardInterrupt
+        return grow(*run)
 
-def test_growths_come_in_the_order_of_the_runs():
-    problem = w_problem()
-    runs = [(problem, spread, LOOP) for spread in (1.0, 0.2, 0.6)]
-    with joblib.parallel_config(backend="threading"):
-        growths = grow_all(runs, n_jobs=3, progress=False)
-    assert [growth.spread for growth in growths] == [1.0, 0.2, 0.6]
-    assert [growth.rows for growth in growths] == [grow(*run).rows for run in runs]
+    monkeypatch.setattr(radial_basis_design, "grow", interrupted)
+    options = dataclasses.replace(LOOP, testing_error=1e-5)
+    if finished:
+        design = design_radial_basis(w_problem(), options, progress=False)
+        assert design.end is End.INTERRUPTED
+        assert [growth.spread for growth in design.growths] == pytest.approx([0.2, 0.4])
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            design_radial_basis(w_problem(), options, progress=False)
 
 
 def test_progress_is_shown_on_request(capsys):

@@ -33,17 +33,6 @@ def test_the_error_is_the_largest_relative_one():
     assert largest_relative_error(lambda q: -2 * values, below) == pytest.approx(1.0, rel=1e-12)
 
 
-def test_the_key_is_that_of_the_content():
-    again = DesignProblem(View(3, [0, 1, 2]), dataclasses.replace(DATA))
-    assert again.key == DesignProblem(VIEW, DATA).key
-    others = [
-        DesignProblem(View(3, [0, 1]), DATA),
-        DesignProblem(View(3, range(3), np.eye(6)[:1]), DATA),
-        DesignProblem(VIEW, with_set("validation", values=DATA.validation.values + 1)),
-    ]
-    assert len({problem.key for problem in [again, *others]}) == 4
-
-
 @pytest.mark.parametrize("name", ["train", "test", "validation"])
 @pytest.mark.parametrize(
     ("change", "message"),

@@ -16,7 +16,6 @@ from dexterity.networks import (
     radial_basis,
     recipes,
     train,
-    trials,
     validation,
     worst_case,
 )
@@ -43,7 +42,6 @@ __all__ = [
     "save",
     "shipped",
     "train",
-    "trials",
     "validation",
     "worst_case",
 ]

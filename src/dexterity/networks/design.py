@@ -7,29 +7,22 @@ Fig. 6b, is offered here too; it lives in :mod:`dexterity.networks.radial_basis_
 from __future__ import annotations
 
 import math
-import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from enum import Enum
-from functools import cache
-from typing import Any, cast, get_args
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import get_args
 
 import joblib
 import numpy as np
 from tqdm import tqdm
 
-from dexterity import spatial, store
-from dexterity.networks import feed_forward, levenberg_marquardt, normal_equations, train
-from dexterity.networks import network as network_module
-from dexterity.networks import problem as problem_module
+from dexterity.networks import train
 from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
 from dexterity.networks.growth import RadialBasisOptions
 from dexterity.networks.levenberg_marquardt import Damping, Options, Stop, Training
-from dexterity.networks.problem import DesignProblem, Sweep, largest_relative_error
+from dexterity.networks.problem import DesignProblem, End, Sweep, largest_relative_error
 from dexterity.networks.radial_basis_design import RadialBasisDesign, design_radial_basis
 from dexterity.networks.threads import one_thread
-from dexterity.networks.trials import TrialStore, source_key
 
 __all__ = [
     "Design",
@@ -167,14 +160,6 @@ class Trial:
     seconds: float = field(compare=False)
 
 
-class End(Enum):
-    """Why a design ended."""
-
-    PASSED = "a network passed the test"
-    NEURONS = "the neuron limit was reached, and no network passed"
-    INTERRUPTED = "it was interrupted, and no network had passed"
-
-
 @dataclass(frozen=True)
 class Design:
     """What a design loop found; two are equal when their trials are.
@@ -206,7 +191,6 @@ def design_feed_forward(
     problem: DesignProblem,
     options: FeedForwardOptions = FeedForwardOptions(),
     *,
-    trials: TrialStore | None = None,
     device: str = "cpu",
     progress: bool = True,
 ) -> Design:
@@ -220,8 +204,6 @@ def design_feed_forward(
         What to learn.
     options
         When to stop, and how to train.
-    trials
-        Where to look for sizes that were trained before, and to keep new ones.
     device
         Where to train, such as ``"cuda"``; the networks come back to the processor.
     progress
@@ -245,21 +227,20 @@ def design_feed_forward(
     sizes: list[_Size] = []
     with tqdm(total=len(options.sizes), unit="size", disable=not progress) as bar:
         try:
-            for size in _Loop(problem, options, trials, device).sizes():
+            for size in _Loop(problem, options, device).sizes():
                 sizes.append(size)
                 bar.update()
         except KeyboardInterrupt:
             if not sizes:
                 raise
             return _design(sizes, options, End.INTERRUPTED)
-    return _design(sizes, options, End.NEURONS)
+    return _design(sizes, options, End.EXHAUSTED)
 
 
 def design_all(
     runs: Sequence[tuple[DesignProblem, FeedForwardOptions]],
     *,
     n_jobs: int = 1,
-    trials: TrialStore | None = None,
     device: str = "cpu",
     progress: bool = True,
 ) -> tuple[Design, ...]:
@@ -272,8 +253,6 @@ def design_all(
     n_jobs
         Jobs that joblib does at the same time, in its current backend: processes of this machine, or those
         of a cluster under ``joblib.parallel_config("dask")``. The result does not depend on it.
-    trials
-        Where to look for sizes that were trained before, and to keep new ones; all workers must reach it.
     device
         Where to train, such as ``"cuda"``; the networks come back to the processor.
     progress
@@ -288,7 +267,7 @@ def design_all(
     ValueError
         See :func:`design_feed_forward`.
     KeyboardInterrupt
-        From the keyboard; sizes that were finished are in the store.
+        From the keyboard.
     """
     jobs = [
         (i, neurons)
@@ -297,11 +276,11 @@ def design_all(
     ]
     found: list[list[_Size]] = [[] for _ in runs]
     parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
-    loops = [_Loop(problem, options, trials, device) for problem, options in runs]
+    loops = [_Loop(problem, options, device) for problem, options in runs]
     results = parallel(joblib.delayed(loops[i].job)(neurons) for i, neurons in jobs)
     for (i, _), sizes in zip(jobs, tqdm(results, total=len(jobs), disable=not progress), strict=True):
         found[i] += sizes
-    return tuple(_design(found[i], options, End.NEURONS) for i, (_, options) in enumerate(runs))
+    return tuple(_design(found[i], options, End.EXHAUSTED) for i, (_, options) in enumerate(runs))
 
 
 # ---- one size --------------------------------------------------------------------------------------
@@ -329,7 +308,6 @@ class _Loop:
 
     problem: DesignProblem
     options: FeedForwardOptions
-    trials: TrialStore | None
     device: str
 
     def sizes(self) -> Iterator[_Size]:
@@ -352,31 +330,7 @@ class _Loop:
         return [size]
 
     def size(self, neurons: int) -> _Size:
-        """Train the networks of one size, or find them."""
-        if self.trials is None:
-            return self.trained(neurons)
-        key = self.key(neurons)
-        stored = self.trials.get(key)
-        if stored is not None:
-            return _from_record(cast(FeedForward, stored))
-        size = self.trained(neurons)
-        if not size.interrupted:
-            self.trials.put(key, size.network, _to_record(size))
-        return size
-
-    def key(self, neurons: int) -> str:
-        # What only decides where to begin and to stop leaves no trace in a size.
-        own = replace(
-            self.options,
-            first_neurons=1,
-            neuron_limit=neurons,
-            neuron_step=1,
-            testing_error=0.0,
-            sweep="first",
-        )
-        return store.content_key("feed-forward design", self.problem.key, own, self.device, _source())
-
-    def trained(self, neurons: int) -> _Size:
+        """Train the networks of one size."""
         rows = self.problem.data.train
         seeds = [_seed(self.options.seed, neurons, restart) for restart in range(self.options.restarts)]
         with one_thread():
@@ -417,47 +371,6 @@ def _trial(problem: DesignProblem, training: Training, restart: int, seed: int, 
         history=training.history,
         seconds=seconds,
     )
-
-
-@cache
-def _source() -> str:
-    own = sys.modules[__name__]
-    modules = [
-        feed_forward,
-        levenberg_marquardt,
-        normal_equations,
-        train,
-        network_module,
-        problem_module,
-        spatial,
-    ]
-    return source_key([own, *modules])
-
-
-def _to_record(size: _Size) -> dict[str, Any]:
-    # As text, because JSON has no infinity.
-    return {
-        "trials": [
-            asdict(trial) | {"stop": trial.stop.name} | {name: repr(getattr(trial, name)) for name in _FLOATS}
-            for trial in size.trials
-        ]
-    }
-
-
-_FLOATS = ("mean_square_error", "testing_error", "validation_error", "seconds")
-
-
-def _from_record(stored: FeedForward) -> _Size:
-    trials = tuple(
-        Trial(**_trial_fields(record)) for record in cast(Sequence[Mapping[str, Any]], stored.card["trials"])
-    )
-    stored.card = {}
-    return _Size(trials, stored)
-
-
-def _trial_fields(record: Mapping[str, Any]) -> dict[str, Any]:
-    floats = {name: float(record[name]) for name in _FLOATS}
-    return {**record, **floats, "stop": Stop[record["stop"]], "history": tuple(record["history"])}
 
 
 # ---- the outcome -----------------------------------------------------------------------------------

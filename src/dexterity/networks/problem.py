@@ -1,23 +1,30 @@
-"""What a design loop is given, and the error by which it decides."""
+"""What a design loop is given, the error by which it decides, and how it ends."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from enum import Enum
 from typing import Literal, TypeAlias
 
 import torch
 from torch import Tensor
 
-from dexterity import store
 from dexterity.networks.network import View
 from dexterity.sampling import DataSet, DataSets
 
-__all__ = ["DesignProblem", "Sweep", "largest_relative_error"]
+__all__ = ["DesignProblem", "End", "Sweep", "largest_relative_error"]
 
 Sweep: TypeAlias = Literal["first", "all"]
 """Whether a design ends at the first size or spread that passes, as printed, or goes through all of them."""
+
+
+class End(Enum):
+    """Why a design ended."""
+
+    PASSED = "a network passed the test"
+    EXHAUSTED = "all sizes or spreads were tried, and no network passed"
+    INTERRUPTED = "it was interrupted, and no network had passed"
 
 
 @dataclass(frozen=True)
@@ -51,11 +58,6 @@ class DesignProblem:
         values = self.data.train.values
         if values.min() == values.max():
             raise ValueError(f"train holds one value, {values[0].item()}: there is nothing to learn")
-
-    @cached_property
-    def key(self) -> str:
-        """Name by content, see :func:`dexterity.store.content_key`."""
-        return store.content_key(self.view.joints, self.view.inputs, self.view.carriers, self.data)
 
 
 def largest_relative_error(network: Callable[[Tensor], Tensor], data: DataSet) -> float:

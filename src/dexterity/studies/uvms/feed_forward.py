@@ -34,14 +34,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dexterity import robots, sampling, store, symbolic, timing
+from dexterity import robots, sampling, symbolic, timing
 from dexterity.indices import Index
 from dexterity.networks.design import Design, FeedForwardOptions, design_all
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.levenberg_marquardt import Damping, Options, levenberg_marquardt
 from dexterity.networks.network import View
 from dexterity.networks.problem import DesignProblem, largest_relative_error
-from dexterity.networks.trials import TrialStore
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
@@ -290,7 +289,6 @@ def run(config: Config) -> Result:
     found = design_all(
         list(runs.values()),
         n_jobs=config.jobs,
-        trials=_trials(config),
         device="cuda" if torch.cuda.is_available() else "cpu",
         progress=config.resumable,
     )
@@ -323,11 +321,6 @@ def problem(index: str, seed: int, config: Config) -> DesignProblem:
     """
     task = _Task.of(index, config)
     return task.problem(seed, task.curve_rows)
-
-
-def _trials(config: Config) -> TrialStore | None:
-    root = store.repository()
-    return TrialStore(root / ".results" / "trials") if root and config.resumable else None
 
 
 # ---- designs ---------------------------------------------------------------------------------------

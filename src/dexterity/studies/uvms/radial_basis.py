@@ -35,18 +35,17 @@ from numpy.typing import NDArray
 from scipy.stats import kendalltau
 from torch import Tensor
 
-from dexterity import robots, sampling, store
+from dexterity import robots, sampling
 from dexterity.indices import Index
 from dexterity.networks.feed_forward import FeedForward
-from dexterity.networks.growth import Growth, RadialBasisOptions, fit
+from dexterity.networks.growth import Growth, RadialBasisOptions, fit, grow
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
 from dexterity.networks.problem import DesignProblem, largest_relative_error
 from dexterity.networks.pruning import Pruning, prune
 from dexterity.networks.radial_basis import BIAS, RadialBasis
-from dexterity.networks.radial_basis_design import GrowthRun, design_radial_basis, grow_all
+from dexterity.networks.radial_basis_design import design_radial_basis
 from dexterity.networks.threads import one_thread
-from dexterity.networks.trials import TrialStore
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
@@ -402,7 +401,7 @@ def _curves(
     """Grow at each spread to the limit, for each index and seed, all at the same time."""
     spreads = {"w": config.spreads, "KCI": config.kci_spreads}
     options = _to_the_limit(config)
-    runs: list[GrowthRun] = [
+    runs: list[tuple[DesignProblem, float, RadialBasisOptions]] = [
         (problem, spread, options)
         for name, own in problems.items() for problem in own for spread in spreads[name]
     ]  # fmt: skip
@@ -411,13 +410,15 @@ def _curves(
     return {name: _curves_of(problems[name], rows, config) for name, rows in grown.items()}, grown
 
 
-def _grow_all(runs: Sequence[GrowthRun], config: Config) -> tuple[Growth, ...]:
-    return grow_all(runs, n_jobs=config.jobs, trials=_trials(config), progress=False)
+def _grow_all(
+    runs: Sequence[tuple[DesignProblem, float, RadialBasisOptions]], config: Config
+) -> tuple[Growth, ...]:
+    return tuple(joblib.Parallel(n_jobs=config.jobs)(joblib.delayed(_grown)(*run) for run in runs))
 
 
-def _trials(config: Config) -> TrialStore | None:
-    root = store.repository()
-    return TrialStore(root / ".results" / "trials") if config.resumable and root else None
+def _grown(problem: DesignProblem, spread: float, options: RadialBasisOptions) -> Growth:
+    with one_thread():
+        return grow(problem, spread, options)
 
 
 def _curves_of(
@@ -478,8 +479,7 @@ def _loops(
 ) -> tuple[Loops, list[RadialBasis]]:
     """Run a design loop for each seed."""
     designs = [
-        design_radial_basis(problem, options, n_jobs=config.jobs, trials=_trials(config), progress=False)
-        for problem in problems
+        design_radial_basis(problem, options, n_jobs=config.jobs, progress=False) for problem in problems
     ]
     networks = [design.network for design in designs]
     pairs = list(zip(problems, networks, strict=True))
@@ -611,7 +611,7 @@ def _trained(problem: DesignProblem, neurons: int, seed: int, epochs: int) -> tu
 def _needed_in(problems: Sequence[Sequence[DesignProblem]], config: Config) -> NDArray[np.int64]:
     """Fewest neurons to a testing error of 1 % at any of the spreads; 0 if none."""
     options = replace(_printed(config), testing_error=LEVELS[2], training_goal=0.0, error_threshold=math.inf)
-    runs: list[GrowthRun] = [
+    runs: list[tuple[DesignProblem, float, RadialBasisOptions]] = [
         (problem, spread, options)
         for row in problems for problem in row for spread in config.wide_spreads
     ]  # fmt: skip

@@ -22,7 +22,6 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from statistics import median
 
 import joblib
@@ -31,12 +30,11 @@ import torch
 from sklearn.metrics import explained_variance_score, matthews_corrcoef, r2_score
 from torch import Tensor
 
-from dexterity import spatial, store
-from dexterity.networks.trials import source_key
+from dexterity import spatial
 from dexterity.report.claims import Acceptance, Outcome, Verdict, load_paper
 from dexterity.report.ranges import with_range
 from dexterity.report.stored import Tolerance
-from dexterity.workspace import dataset, dynamics, jacobian_net, reachability, training
+from dexterity.workspace import dataset, jacobian_net, reachability, training
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Scaling
 from dexterity.workspace.jacobian_net import Architecture, Entries, Inputs, JacobianNet, encode
 from dexterity.workspace.training import OPTIMISERS, Loss, Options, Training
@@ -422,7 +420,7 @@ def _trained(name: str, seed: int, config: Config) -> Training:
     network = training.network_for(variant.architecture, variant.inputs, variant.entries, jacobians, seed)
     learned = _rows(network, confidence, jacobians, variant.heads)
     options = _options(variant, config)
-    return training.train(network, learned, options, seed, _checkpoint(name, seed, config))
+    return training.train(network, learned, options, seed)
 
 
 def _rows(
@@ -450,16 +448,6 @@ def _cycled(epochs: int) -> tuple[training.Epoch, ...]:
     """Spend a ninth of the epochs, or a little more, before the cycles."""
     cycles = epochs * 8 // 9 // 3
     return training.cycles(epochs - 3 * cycles, cycles)
-
-
-def _checkpoint(what: str, seed: int, config: Config) -> Path | None:
-    """File that a run at full scale is kept in, so that one that was killed goes on."""
-    root = store.repository()
-    if root is None or config != CONFIGS["full"]:
-        return None
-    source = source_key([dataset, dynamics, jacobian_net, reachability, training])
-    key = store.content_key(what, VARIANTS.get(what), seed, config, source)
-    return root / ".results" / "trainings" / f"{key}.npz"
 
 
 # ---- scores ----------------------------------------------------------------------------------------
@@ -546,7 +534,6 @@ def _curves(optimiser: str, config: Config) -> tuple[Curve, ...]:
     network = training.network_for(
         variant.architecture, variant.inputs, variant.entries, jacobians, config.seed
     )
-    checkpoint = _checkpoint(optimiser, config.seed, config)
     options = Options(
         training.cycles(config.optimiser_cycles, config.optimiser_cycles),
         optimiser=optimiser,
@@ -555,7 +542,7 @@ def _curves(optimiser: str, config: Config) -> tuple[Curve, ...]:
         batch=512,
     )
     rows = _rows(network, confidence, jacobians, _BOTH)
-    return _curves_of(training.train(network, rows, options, config.seed, checkpoint).losses)
+    return _curves_of(training.train(network, rows, options, config.seed).losses)
 
 
 def _optimiser_sets(config: Config) -> tuple[ConfidenceData, JacobianData]:

@@ -1,0 +1,185 @@
+"""Figures, tables and the scene of the chapter on the structure of the crane."""
+
+from __future__ import annotations
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import torch
+from matplotlib.figure import Figure
+from torch import Tensor
+
+from dexterity import crane
+from dexterity.crane.shape import PARTS, bars
+from dexterity.scenes import Scene
+from dexterity_study.crane.structure.experiment import BOX, NAMED, STATISTICS, TARGETS, UNTUNED, named
+from dexterity_study.crane.structure.verdicts import nearest_swap, printed, statistics_of
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.table import Table
+from dexterity_study.page.figures import COLORS
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import show
+
+MAGNIFIED = 10.0
+"""Factor of displacements as they are drawn."""
+
+LOOKS = (
+    ("black", 0.05),
+    ("blue", 0.045),
+    ("bluish green", 0.04),
+    ("orange", 0.028),
+    ("reddish purple", 0.03),
+    ("vermillion", 0.03),
+)
+TESTED = [name for name in STATISTICS if name not in TARGETS]
+
+
+def deflections(strokes: Tensor, payloads: list[float]) -> Markup:
+    """Set the deflection of one pose by payload."""
+    sag = 1e3 * crane.deflection(strokes, payloads).numpy()
+    index = pd.Index(payloads, name="payload [kg]")
+    return show(pd.DataFrame(sag, columns=["along x [mm]", "along y [mm]"], index=index), "{:.1f}")
+
+
+def scene(point: tuple[float, float] = (6.0, 2.0), frames: int = 25) -> Scene:
+    """Draw the crane that reaches a point, from no payload to its rating and back."""
+    title = f"The crane from no payload to its rating, displacements drawn {MAGNIFIED:.0f} times"
+    drawn = Scene(title, view_from=(0.3, -1, 0.25))
+    unloaded, moving = swaying_bars(point, frames)
+    drawn.add_bars("without any weight", unloaded, radius=0.012, color="#94A3B8")
+    for (part, ends), (color, radius) in zip(moving.items(), LOOKS, strict=True):
+        drawn.add_bars(part, ends[frames // 2], radius=radius, color=color)
+        drawn.animate_bars(part, ends, frames_per_second=12)
+    return drawn
+
+
+def swaying_bars(point: tuple[float, float], frames: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return ends (m, 2, 3) of all bars without any weight, and by part ends (frames, m, 2, 3) as they sway."""
+    own = bars(crane.inverse(point).strokes)
+    shares = (1 - torch.cos(torch.linspace(0, 2 * math.pi, frames, dtype=torch.float64))) / 2
+    loaded = torch.stack([own.loaded(float(s) * own.crane.rating, MAGNIFIED) for s in shares])
+    # The plane of the crane stands up: its y is the world's z.
+    still, moved = (np.insert(ends.numpy(), 1, 0.0, axis=-1) for ends in (own.ends, loaded))
+    return still, {part: moved[:, [name == part for name in own.parts]] for part in PARTS}
+
+
+def checks(stored: Evidence) -> Markup:
+    """Set relative misses of clamped beams, and of the whole structure at rest."""
+    beam = stored["beams"].where()[["force", "own_weight"]].iloc[0].abs()
+    rows = {
+        "clamped beam: sag under a force at its end": beam["force"],
+        "clamped beam: sag under its own weight": beam["own_weight"],
+        "crane: force left at rest, of all weight": stored["at_rest"].where()["residual"].max(),
+    }
+    return show(pd.Series(rows, name="relative error"), "{:.0e}")
+
+
+def linear_statics(stored: Evidence) -> Markup:
+    """Set the differences of linear statics from the co-rotational solution."""
+    rows = stored["linear_statics"].where().set_index("on")[["mean", "largest"]]
+    return show(rows.add_suffix(" [mm]").rename_axis("linear from co-rotational"), "{:.2f}")
+
+
+def rates(stored: Evidence) -> Markup:
+    """Set solves per second of processor time on one core."""
+    rows = 1 / stored["rates"].where().set_index("way")[["median", "upper", "lower"]]
+    return show(rows.set_axis(["solves per second", "lower quartile", "upper quartile"], axis=1), "{:,.0f}")
+
+
+def shares(stored: Evidence) -> Markup:
+    """Set the share of the stored energy by part."""
+    return show(100 * stored["energies"].where().set_index("part")["share"].rename("energy [%]"), "{:.0f}")
+
+
+def statistics(stored: Evidence, live: Table) -> Markup:
+    """Set the six statistics side by side: printed, untuned, fitted, live, co-rotational, and with a swap."""
+    ours, fits = statistics_of(stored).droplevel("seed"), stored["fits"].where().set_index("to")
+    left, taken, nearest = nearest_swap(stored)
+    columns = {
+        "printed": printed(),
+        "untuned": fits.loc["untuned", list(STATISTICS)],
+        "fitted": ours.loc["chosen"],
+        "fitted, live": live.where().set_index("to").loc["fitted", list(STATISTICS)],
+        "co-rotational": ours.loc["crane-linear-statics=co-rotational"],
+        f"{taken} for {left}": nearest,
+    }
+    return show(pd.DataFrame(columns).astype(float).loc[list(STATISTICS)], "{:.1f}")
+
+
+def refits(stored: Evidence) -> dict[str, pd.DataFrame]:
+    """Return the statistics [mm] of all that was fitted again, by what was changed before."""
+    rows = stored["fits"].where()
+    groups = rows[(rows["changed"] != "nothing") & (rows["found"] == True)].groupby("changed", sort=False)  # noqa: E712
+    swapped = pd.DataFrame(stored["swaps"].array("statistics")[0], columns=list(STATISTICS))
+    return {str(name): own[list(STATISTICS)] for name, own in groups} | {"a test point swapped": swapped}
+
+
+def ranges(stored: Evidence) -> Markup:
+    """Set the ranges of the four statistics that were not fitted, by what was changed before [mm]."""
+    target = {name: f"{value:.1f}" for name, value in printed().items() if name in TESTED}
+    rows = {"printed": {**target, "fits": "–"}}
+    for changed, own in refits(stored).items():
+        spans = {name: f"{own[name].min():.1f}–{own[name].max():.1f}" for name in TESTED}
+        rows[changed] = {**spans, "fits": f"{len(own)}"}
+    return show(pd.DataFrame.from_dict(rows, orient="index"))
+
+
+def fit(stored: Evidence) -> Figure:
+    """Draw which pairs of numbers meet either target, and the errors at each test point."""
+    fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.6), width_ratios=(2, 3))
+    bending, grounds = (stored["fit_lines"].array(name)[0] for name in ("bending", "ground"))
+    for row, name, look in zip(grounds, ("mean", "largest"), ("-", "--"), strict=True):
+        left.plot(bending, row / 1e6, look, label=f"{name} distance as printed")
+    untuned = np.array(UNTUNED) / [1, 1e6]
+    factors = stored["fits"].where(to="fitted")[["first", "second"]].to_numpy(dtype=float)[0]
+    left.plot(*untuned * factors, "o", color=COLORS["black"])
+    left.plot(*untuned, "x", color=COLORS["black"])
+    left.set(xlabel="bending factor β", ylabel="ground stiffness k [MN·m/rad]")
+    rows = stored["uncompensated"].where()
+    errors = 1e3 * rows[["error_x", "error_y"]].abs().to_numpy().reshape(len(crane.TEST_POINTS), -1, 2)
+    order = errors[:, -1, 0].argsort()
+    for column, (name, color) in enumerate((("x", "blue"), ("y", "vermillion"))):
+        right.plot(errors[order, :, column], ".", color=COLORS[color])
+        right.axhline(printed()[f"max {name}"], color=COLORS[color], lw=1, ls=":")
+        right.plot([], [], ".", color=COLORS[color], label=f"error in {name}")
+    labels = [named(crane.TEST_POINTS[i])[1:-1] for i in order]
+    right.set_xticks(range(len(labels)), labels, rotation=90, fontsize="x-small")
+    right.set(ylabel="error [mm]", xlabel="test point, by its error in x")
+    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
+    return fig
+
+
+def open_fits(stored: Evidence) -> Figure:
+    """Draw the four statistics that were not fitted over the printed ones, for all fits."""
+    fig, ax = plt.subplots(figsize=(6.8, 3.6))
+    target = pd.Series(printed())[TESTED]
+    for shift, (name, own) in enumerate(refits(stored).items()):
+        off = 100 * (own[TESTED] / target - 1).to_numpy(dtype=float)
+        heights = np.broadcast_to(np.arange(len(TESTED)) + 0.18 * (shift - 1.5), off.shape)
+        ax.plot(off.ravel(), heights.ravel(), "|", ms=9, label=name)
+    ax.axvline(0, color=COLORS["black"], lw=1)
+    ax.set_yticks(range(len(TESTED)), TESTED)
+    ax.set(xlabel="off the printed value [%]")
+    ax.invert_yaxis()
+    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
+    return fig
+
+
+def working_area(stored: Evidence) -> Figure:
+    """Draw the deflection at the rating over the working area, and the poses of the training data."""
+    fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 5.2), sharex=True, sharey=True)
+    sag = 1e3 * stored["sag_map"].array("deflection")[0]
+    image = left.imshow(sag.T, origin="lower", extent=(*BOX[0], *BOX[1]))
+    left.plot(*np.transpose(crane.TEST_POINTS), "o", mfc="none", color="C1", label="test points")
+    training = crane.training_set()
+    rigid = (training.tip - training.deflection)[training.payload == training.payload[0]]
+    right.plot(*rigid.numpy().T, ".", ms=4, label="training poses")
+    right.plot(*np.transpose(NAMED), "o", ms=14, mfc="none", color="C3", label="said to be scarce")
+    for ax in (left, right):
+        ax.set(xlabel="x [m]", aspect="equal")
+    left.set(ylabel="y [m]")
+    fig.colorbar(image, ax=(left, right), label="deflection at the rating [mm]", shrink=0.7)
+    fig.legend(loc="outside upper center", ncols=3, fontsize="small")
+    return fig

@@ -1,0 +1,1 @@
+"""Operations and times of exact indices and networks, Table 4 and Appendix A of paper A."""
