@@ -16,7 +16,7 @@ from the second joint to the tool. The determinant of its Jacobian takes one ste
 >>> program.steps, program.outputs
 (((t0, x*y + y*(-l - x)),), (-t0,))
 
-It is l·y, and w = l·|y|. A Householder reflection from the right gives the same w without a square:
+It is l·y, and w is its magnitude. A Householder reflection from the right gives the same w without a square:
 
 >>> record = Recorder("t")
 >>> L, squares = triangularise(record, J)

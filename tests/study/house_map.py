@@ -1,4 +1,4 @@
-"""The map of the house, drawn from the imports: `python tests/study/house_map.py` prints it for CONTRIBUTING.md."""
+"""The map of the house, drawn from the imports; run as a script it prints the map."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ PACKAGES = ("dexterity", "dexterity_study")
 def house_map() -> str:
     """Return a line for each room, from the ground up: its name, and the rooms whose code it imports."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
-    uses = {room: sorted(set(_used_by(graph, room, package))) for package in PACKAGES for room in _rooms(graph, package)}
-    lines = [f"{_short(room):<22}{', '.join(map(_short, uses[room])) or '–'}" for room in _from_the_ground(uses)]
+    rooms = [room for package in PACKAGES for room in _rooms(graph, package)]
+    uses = {room: sorted(set(_used_by(graph, room))) for room in rooms}
+    lines = [
+        f"{_short(room):<22}{', '.join(map(_short, uses[room])) or '–'}" for room in _from_the_ground(uses)
+    ]
     return "\n".join([f"{'room':<22}imports", *lines])
 
 
@@ -22,7 +25,7 @@ def _rooms(graph: grimp.ImportGraph, package: str) -> list[str]:
     return sorted(graph.find_children(package))
 
 
-def _used_by(graph: grimp.ImportGraph, room: str, package: str) -> Iterator[str]:
+def _used_by(graph: grimp.ImportGraph, room: str) -> Iterator[str]:
     rooms = {one for own in PACKAGES for one in _rooms(graph, own)}
     for module in {room, *graph.find_descendants(room)}:
         for used in graph.find_modules_directly_imported_by(module):

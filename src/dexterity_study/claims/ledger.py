@@ -148,7 +148,7 @@ class Setting(_Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class _Head:
-    """What identifies a paper."""
+    """What identifies a paper, and the claims that the start page shows."""
 
     key: str
     letter: str
@@ -157,6 +157,7 @@ class _Head:
     journal: str
     year: int
     doi: str
+    headlines: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,6 +170,8 @@ class Paper(_Head):
 
     def __post_init__(self) -> None:
         strict.require_unique(entry.id for entry in (*self.claims, *self.settings))
+        for name in self.headlines:
+            self.claim(name)
         known = [assumption.id for assumption in self.assumptions]
         for claim in self.claims:
             for name in claim.assumes or ():

@@ -80,6 +80,16 @@ def summary() -> Markup:
     return Markup(table("How many claims came out how", columns, rows))
 
 
+def headlines() -> Markup:
+    """Set the headline claims of each paper with their verdicts."""
+    verdicts = {(one.paper, one.claim): one for one in all_verdicts()}
+    parts = (
+        _claim_table(paper, map(paper.claim, paper.headlines), verdicts, "headline")
+        for paper in load_papers()
+    )
+    return Markup("\n".join(parts))
+
+
 def rule_book() -> Markup:
     """Set what each word means, and what each rule needs."""
     words = {
@@ -145,8 +155,10 @@ def _assumption_cells(one: Assumption) -> list[Cell]:
     ]
 
 
-def _claim_table(paper: Paper, claims: Iterable[Claim], verdicts: dict[tuple[str, str], Verdict]) -> str:
-    rows = {f"claim-{one.id}": _claim_cells(one, verdicts[paper.key, one.id]) for one in claims}
+def _claim_table(
+    paper: Paper, claims: Iterable[Claim], verdicts: dict[tuple[str, str], Verdict], anchor: str = "claim"
+) -> str:
+    rows = {f"{anchor}-{one.id}": _claim_cells(one, verdicts[paper.key, one.id]) for one in claims}
     return table(f"Paper {paper.letter}: {paper.title}", ("Claim", "Paper", "Ours", "Verdict"), rows)
 
 

@@ -119,9 +119,10 @@ class Experiment:
         values = {"reading": self.reading(reading).only(*self.assumes)} if self.assumes else {}
         made = self.function(seed=seed, **values, **changes)
         rows, arrays = made if isinstance(made, tuple) else (made, {})
-        if set(arrays) != set(self.arrays):
+        # A live run may leave some out.
+        if undeclared := set(arrays) - set(self.arrays):
             raise ValueError(
-                f"{self.name} returns the arrays {sorted(arrays)} and declares {sorted(self.arrays)}"
+                f"{self.name} returns the arrays {sorted(undeclared)} and declares {sorted(self.arrays)}"
             )
         return Table.of_run(rows, arrays, keys=self.keys, reading=reading, seed=seed)
 

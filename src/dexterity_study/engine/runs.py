@@ -37,6 +37,10 @@ def run(chapter: str, name: str, reading: str, seed: int) -> None:
     _require_unchanged(experiment)
     place = evidence.files(experiment, reading, seed)
     store.write_atomically(place.rows, to_csv(table))
+    if missing := set(experiment.arrays) - table.arrays.get((reading, seed), {}).keys():
+        raise ValueError(
+            f"{experiment.chapter}.{name} returns no arrays {sorted(missing)}, which it declares"
+        )
     if experiment.arrays:
         store.write_atomically(place.arrays, to_npz(table.arrays[reading, seed]))
     card.write(place.card, {"made": card.made(experiment.module, seconds)})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,21 @@ class SourceNode(PathNode):
     def state(self) -> str:
         """Return the fingerprint of the file."""
         return sources.fingerprint(Path(str(self.path)))
+
+
+@dataclass(kw_only=True)
+class PrintedNode(PathNode):
+    """A ledger, which changes with what the paper prints, and not with our words about it."""
+
+    def state(self) -> str:
+        """Return a key of the printed values and their roundings."""
+        ledger = tomllib.loads(Path(str(self.path)).read_text(encoding="utf-8"))
+        printed = {
+            entry["id"]: [entry.get("value"), entry.get("rounding")]
+            for entries in ledger.values()
+            for entry in entries
+        }
+        return store.content_key(printed)
 
 
 @dataclass(kw_only=True)
@@ -109,13 +125,15 @@ def _execute(made_from: dict[str, Path], parameters: str, products: dict[str, Pa
 
 def _nodes(experiment: Experiment) -> dict[str, PathNode]:
     """Return what an experiment depends on: the source of its imports, and the data files that it names."""
-    code = [SourceNode(name=_name(path), path=path) for path in sources.closure(experiment.module).values()]
-    named = [store.data_path(*name.split("/")) for name in experiment.data]
-    files = [file for path in named for file in (sorted(path.rglob("*")) if path.is_dir() else [path])]
-    return {
-        node.name: node
-        for node in code + [PathNode(name=_name(file), path=file) for file in files if file.is_file()]
-    }
+    nodes: list[PathNode] = [
+        SourceNode(name=_name(path), path=path) for path in sources.closure(experiment.module).values()
+    ]
+    for name in experiment.data:
+        path = store.data_path(*name.split("/"))
+        node = PrintedNode if name.startswith("papers/") else PathNode
+        files = sorted(path.rglob("*")) if path.is_dir() else [path]
+        nodes += [node(name=_name(file), path=file) for file in files if file.is_file()]
+    return {node.name: node for node in nodes}
 
 
 def _name(path: Path) -> str:

@@ -259,6 +259,8 @@ def write_html(layout: Layout, pages: Sequence[Page], only: Sequence[str]) -> in
     doctrees, unfinished = layout.output / ".doctrees", layout.output / "unfinished"
     if unfinished.exists():
         shutil.rmtree(doctrees, ignore_errors=True)
+    # Sphinx adds single pages to a search index that must be there.
+    few = only if (layout.html / "searchindex.js").exists() else ()
     _fill_cache(layout, pages)
     unfinished.touch()
     began = time.monotonic()
@@ -269,8 +271,8 @@ def write_html(layout: Layout, pages: Sequence[Page], only: Sequence[str]) -> in
         path_config=layout.config,
         confoverrides={"external_toc_path": str(layout.book / "_toc.yml"), "latex_individualpages": False},
         doctreedir=str(doctrees),
-        filenames=[str(layout.source(name)) for name in only],
-        force_all=not only,
+        filenames=[str(layout.source(name)) for name in few],
+        force_all=not few,
         warningiserror=True,
         keep_going=True,
         quiet=True,
@@ -299,6 +301,8 @@ def _for_sphinx(layout: Layout, page: Page) -> NotebookNode:
     """Return the page as Sphinx reads it, with its outputs; the cache compares code cells and kernel."""
     executed = read_executed(layout, page)
     if executed is None:
+        # Without a language Sphinx could not colour its cells.
+        page.notebook.metadata["language_info"] = {"name": "python", "pygments_lexer": "ipython3"}
         return page.notebook
     executed.metadata = nbformat.from_dict({**executed.metadata, **page.notebook.metadata})
     return executed

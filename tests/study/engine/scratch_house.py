@@ -132,7 +132,7 @@ class House:
 
     @contextlib.contextmanager
     def cluster(self, workers: int) -> Iterator[tuple[str, Callable[[], list[int]]]]:
-        """Run a dask cluster of processes that import this house; yield its address and how to list its workers."""
+        """Run a dask cluster of processes; yield its address and how to list its workers."""
         environment = os.environ | {"PYTHONPATH": str(self.root / "src"), "OMP_NUM_THREADS": "1"}
         command = [sys.executable, "-c", CLUSTER, str(workers)]
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}

@@ -93,6 +93,7 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
     assert code == 0, printed
     assert first.read_bytes() == made
     assert not list(house.results.rglob("*.tmp"))
+    assert not (house.results / "speed").exists()
     assert house.run("stale", "uvms.tiny.errors")[0] == 0
 
 

@@ -39,8 +39,8 @@ def test_declarations_that_cannot_be_run_are_refused(fields, complaint):
 
 
 def test_arrays_must_be_declared():
-    declared = experiment(arrays=("a",))(rows)
-    with pytest.raises(ValueError, match="declares \\['a'\\]"):
+    declared = experiment(arrays=("a",))(lambda seed: ([], {"b": [seed]}))
+    with pytest.raises(ValueError, match=r"returns the arrays \['b'\] and declares \['a'\]"):
         declared()
 
 

@@ -1,4 +1,4 @@
-"""Tidy rows: what is refused, and that files say what the table said, in the same bytes for the same content."""
+"""Tidy rows: what is refused, and files that say what the table said, in the same bytes."""
 
 import numpy as np
 import pandas as pd
@@ -73,7 +73,7 @@ def test_arrays_survive_without_pickle_and_are_stacked():
     content = to_npz(arrays)
     assert content == to_npz(dict(reversed(arrays.items())))
     assert from_npz(content)["b"].dtype == np.float32
-    with pytest.raises(ValueError, match="[Oo]bject arrays"):
+    with pytest.raises(ValueError, match=r"[Oo]bject arrays"):
         to_npz({"a": np.array([object()])})
     joined = Table.joined([table(arrays=arrays, seed=seed) for seed in range(2)])
     assert joined.array("b").shape == (2, 3)

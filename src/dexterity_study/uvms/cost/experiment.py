@@ -83,7 +83,7 @@ def counts(  # nothing is drawn
     for name, derivation in derived.items():
         forms["Jacobian", f"reduced, for {name}"] = operations.count_program(derivation.jacobian)
     for method in ("terms", "minors", "elimination"):
-        forms["determinant", method] = operations.determinant(m, method)  # type: ignore[arg-type]
+        forms["determinant", method] = operations.determinant(m, method)
     for (what, form), counted in forms.items():
         yield {"what": what, "form": form, **_numbers(counted)}
     units = {"w": radial_basis_w, "KCI": reading["neurons-behind-the-count"]}
@@ -312,7 +312,7 @@ def _ways(chain: Chain, index: Index, jacobians: Jacobians, q: Tensor, in_loops:
     few = q[:in_loops]
     measure = MEASURES[index.name]
     bound, screws = index.bind(chain), chain.screws.numpy()
-    in_torch, in_c = (symbolic.compile_index(chain, index, backend) for backend in ("torch", "c"))  # type: ignore[arg-type]
+    in_torch, in_c = (symbolic.compile_index(chain, index, backend) for backend in ("torch", "c"))
 
     def each(jacobian: Callable[[NDArray[np.float64]], Any]) -> Callable[[], object]:
         return lambda: [measure(np.reshape(jacobian(row), (6, -1))) for row in few.numpy()]

@@ -22,7 +22,7 @@ class Counts:
 
     def __call__(self, what: str, form: str, kind: str = "operations") -> int:
         """Return a number of operations, additions or multiplications."""
-        return int(self.rows.loc[(what, form), kind])
+        return int(self.rows[kind][what, form])
 
     @property
     def iterated(self) -> int:

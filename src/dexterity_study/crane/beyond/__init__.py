@@ -1,0 +1,1 @@
+"""Alternatives to the methods of paper D, and its own remedies tried."""

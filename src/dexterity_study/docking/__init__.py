@@ -1,0 +1,1 @@
+"""Paper B: docking of an underwater vehicle with its arm."""

@@ -1,0 +1,62 @@
+"""Figures, tables and scenes of the chapter on inverse kinematics."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import pandas as pd
+import torch
+from matplotlib.figure import Figure
+from torch import Tensor
+
+from dexterity import scenes
+from dexterity.chain import Chain
+from dexterity.inverse_kinematics import spherical_wrist
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.table import Table
+from dexterity_study.page.figures import COLORS
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import show
+
+PALETTE = tuple(COLORS[name] for name in ("blue", "vermillion", "bluish green", "reddish purple"))
+
+
+def configurations(arm: Chain, pose: Tensor) -> Tensor:
+    """Return the branches (8, 6) of a tool pose, those of one wrist after those of the other."""
+    q, valid = spherical_wrist(arm, pose)
+    return torch.cat([q[valid][0::2], q[valid][1::2]])
+
+
+def four_ways(title: str, arm: Chain, pose: Tensor) -> scenes.Scene:
+    """Set the four branches of a pose that differ in shoulder and elbow."""
+    scene = scenes.Scene(title, view_from=(0.6, -1, 0.5))
+    for i, (q, color) in enumerate(zip(configurations(arm, pose)[:4], PALETTE, strict=True), start=1):
+        scene.add_chain(arm, q, name=f"branch {i}", axes=False, color=color)
+    return scene
+
+
+def round_trips(stored: Evidence, live: Table) -> Markup:
+    """Set pose errors and shares of the round trips by arm, stored and live."""
+    rows = pd.concat({"stored": stored["round_trips"].where(), "live": live.where()}, names=["run"])
+    rows = rows.reset_index("run").set_index(["run", "arm"])
+    heads = {"found": "own configuration found [%]", "refused": "out of reach, flagged [%]"}
+    errors = rows["pose_error"].map("{:.0e}".format).rename("largest pose error")
+    values = rows["values_of_w"].rename("different w at most")
+    return show(pd.concat([errors, 100 * rows[list(heads)].rename(columns=heads), values], axis=1), "{:.4g}")
+
+
+def counts(stored: Evidence) -> Markup:
+    """Set shares [%] of the poses by number of branches, and by number of those within the limits."""
+    rows = 100 * stored["round_trips"].where().set_index("arm")
+    parts = {}
+    for of, title in (("branches", "all"), ("within", "within limits")):
+        parts[title] = rows.filter(regex=f"^{of}_").rename(columns=lambda name: name[-1]).dropna()
+    return show(pd.concat(parts, names=["branches"]))
+
+
+def border(live: Table) -> Figure:
+    """Draw how far both elbows are apart against the distance from the border."""
+    fig, ax = plt.subplots()
+    ax.loglog(live.array("short")[0, :-1], live.array("apart")[0, :-1])
+    ax.invert_xaxis()
+    ax.set(xlabel="distance to the border of the workspace [m]", ylabel="largest difference of a joint [rad]")
+    return fig

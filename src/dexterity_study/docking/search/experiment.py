@@ -1,0 +1,340 @@
+"""Genetic runs, the true optimum that grids and differential evolution find, and what Table 3 says by itself.
+
+Source: Sotiropoulos, Aspragathos & Andritsos (2011), Eqs. 3–15, Tables 2 and 3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution, linprog, minimize
+from torch import Tensor
+
+from dexterity import docking, robots, spatial
+from dexterity.chain import Chain
+from dexterity.docking import DockingProblem
+from dexterity.search import GeneticOptions, ZoomOptions
+from dexterity.search.box import Objective
+from dexterity.search.genetic import Chromosome, genetic_search
+from dexterity_study.docking import cases
+from dexterity_study.docking.cases import Rows, Values
+from dexterity_study.engine.experiment import experiment
+
+NEAR = 0.95
+"""Share of the true optimum from which a pose is near it."""
+
+Box: TypeAlias = tuple[Tensor, Tensor]
+VARIABLES = ("x", "y", "z", "psi")
+OTHERS = tuple(cases.CASES.values())[1:]
+ALONE = {"chosen": "weights=ratio-0"} | {one: f"{one}+weights=ratio-0" for one in OTHERS}
+"""Readings of the four cases without a weight on the distance, by those with it."""
+
+ASSUMED = ("fitted-arm", "reading-of-the-group", "heading", "margin", "range-of-psi", "weights", "precision")
+OF_CASE: dict[str, Any] = {"assumes": ASSUMED, **cases.PAPER, **cases.OF_DATA, **cases.ROUNDING}
+RATIOS = (0.0, 0.0005, 0.002, 0.008, 0.032, 0.128)
+COARSE: dict[str, Any] = {"step": 0.2, "turn_step": 0.4, "starts": 1, "stages": 3}
+FEW: dict[str, Any] = {"ratios": (0.01,), "runs": 1, "generations": 3, **COARSE}
+FINE = docking.square(0.2, 21)
+POPULATION = GeneticOptions().population
+
+
+@experiment(
+    seeds=100,
+    readings=(*OTHERS, *list(ALONE.values())[:2]),
+    reading_seeds=20,
+    smoke={"generations": 3},
+    **OF_CASE,
+)
+def genetic(seed: int, reading: Values, generations: int = 500) -> Rows:
+    """The pose that a genetic run finds, and the share of a fine grid over the area that is dead there."""
+    problem, options = problem_of(reading), GeneticOptions(generations=generations)
+    found = docking.genetic_docking(problem, seed, options, reading["precision"])
+    yield {
+        **dict(zip(VARIABLES, found.pose, strict=True)),
+        "fitness": found.fitness,
+        "evaluations": found.search.evaluations,
+        "allowed": problem.allows(found.pose),
+        "faces": faces_area(found.pose),
+        "dead": (docking.largest_manipulability(problem.arm, found.pose, FINE) == 0).double().mean(),
+    }
+
+
+@experiment(readings=OTHERS, smoke={"runs": 1, "generations": 3}, **OF_CASE)
+def penalty(seed: int, reading: Values, runs: int = 30, generations: int = 500) -> Rows:
+    """Share of the individuals that are not allowed, in the first generation and in the last ten, over runs."""
+    problem, options = problem_of(reading), GeneticOptions(generations=generations)
+    steps, forbidden = [reading["precision"]] * 4, np.zeros((runs, 2))
+    for run in range(runs):
+        shares: list[float] = []
+
+        def fitness(poses: Tensor, shares: list[float] = shares) -> Tensor:
+            shares.append(1 - problem.allows(poses).double().mean().item())
+            return problem.fitness(poses)
+
+        random = torch.Generator().manual_seed(seed + run)
+        genetic_search(fitness, problem.lower, problem.upper, steps, random, options)
+        forbidden[run] = shares[0], np.mean(shares[-10:])
+    first, last = forbidden.mean(axis=0)
+    yield {"first": first, "last": last}
+
+
+@experiment(
+    readings=(*OTHERS, *ALONE.values()), smoke={"evolutions": 2, "generations": 3, **COARSE}, **OF_CASE
+)
+def optimum(seed: int, reading: Values, evolutions: int = 3, generations: int = 500, **grids: Any) -> Rows:
+    """The best pose by grids, by evolution and on the lattice, and its images by quarter turns about the middle."""
+    problem = problem_of(reading)
+    best = by_grids(problem, **grids)
+    images = torch.stack([_turned(best.pose, quarters) for quarters in range(4)])
+    worth = problem.area_manipulability(images)
+    tries = [(box, one) for box in problem.boxes for one in range(seed, seed + evolutions)]
+    yield {
+        **dict(zip(VARIABLES, best.pose, strict=True)),
+        "fitness": best.fitness,
+        "area_manipulability": best.area_manipulability,
+        "distance": best.distance,
+        "evolved": max(evolved(problem.objective, box, one, generations) for box, one in tries),
+        "on_lattice": max(_on_lattice(problem, image, reading["precision"]) for image in images),
+        "tied": ((worth / best.area_manipulability - 1).abs() < 1e-9).sum(),
+        "nearest_image": problem.distance(images).min(),
+        "farthest_image": problem.distance(images).max(),
+    }
+
+
+@experiment(keys=("ratio",), readings=OTHERS, smoke=FEW, **OF_CASE)
+def front(
+    seed: int,
+    reading: Values,
+    ratios: Sequence[float] = RATIOS,
+    runs: int = 20,
+    generations: int = 500,
+    **grids: Any,
+) -> Rows:
+    """The best pose by the weight b/a [m²], and the share of genetic runs that end on the nearest quarter."""
+    problem, options = problem_of(reading), GeneticOptions(generations=generations)
+    step = reading["precision"]
+    for ratio in ratios:
+        weighed = replace(problem, distance_weight=ratio * problem.manipulability_weight)
+        best = by_grids(weighed, **grids)
+        found = [docking.genetic_docking(weighed, one, options, step) for one in range(seed, seed + runs)]
+        yield {
+            "ratio": ratio,
+            "area_manipulability": best.area_manipulability,
+            "distance": best.distance,
+            "on_quarter": np.mean([bool((one.pose[:2] < step).all()) for one in found]),
+        }
+
+
+@experiment(readings=OTHERS, smoke={"climbs": 1, **COARSE}, **OF_CASE)
+def gradients(seed: int, reading: Values, climbs: int = 100, **grids: Any) -> Rows:
+    """Share of allowed poses that are flat, and climbs by L-BFGS-B in a box of the group from random ones."""
+    problem = problem_of(reading)
+    best = by_grids(problem, **grids).fitness
+    near, evaluations = [], []
+    for start in _drawn(problem, 40 * climbs, seed)[:climbs]:
+        box = next(box for box in problem.boxes if (box[0] <= start).all() and (start <= box[1]).all())
+        end = minimize(
+            lambda x: -float(problem.objective(x)),
+            start,
+            jac="2-point",
+            bounds=_bounds(box),
+            method="L-BFGS-B",
+        )
+        near.append(-end.fun >= NEAR * best)
+        evaluations.append(end.nfev)
+    flat = problem.area_manipulability(_drawn(problem, 20_000, seed)) == 0
+    yield {"flat": flat.double().mean(), "climbed": np.mean(near), "evaluations": np.mean(evaluations)}
+
+
+@experiment(seeds=20, readings=OTHERS, reading_seeds=10, smoke={"generations": 3}, **OF_CASE)
+def peers(seed: int, reading: Values, generations: int = 500) -> Rows:
+    """Fitness that other methods find with as many evaluations as the genetic run of the same seed."""
+    problem, options = problem_of(reading), GeneticOptions(generations=generations)
+    found = docking.genetic_docking(problem, seed, options, reading["precision"])
+    count, box = found.search.evaluations, (problem.lower, problem.upper)
+    generations, popsize = count // POPULATION - 1, POPULATION // len(problem.lower)
+    yield {
+        "genetic": found.fitness,
+        "differential evolution": evolved(problem.fitness, box, seed, generations, popsize, tol=0.0),
+        "CMA-ES": _by_cma(problem, count, seed),
+    }
+
+
+@experiment(
+    keys=("run",), readings=OTHERS, assumes=ASSUMED, **cases.PAPER, **cases.OF_LEDGER, **cases.ROUNDING
+)
+def table_3(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
+    """What the seven printed poses are worth."""
+    problem, poses = problem_of(reading), cases.printed_poses()
+    columns = (problem.area_manipulability(poses), problem.distance(poses), problem.allows(poses))
+    for run, (dexterity, distance, allowed) in enumerate(zip(*columns, strict=True), start=1):
+        yield {"run": run, "area_manipulability": dexterity, "distance": distance, "allowed": allowed}
+
+
+@experiment(**cases.OF_LEDGER, **cases.ROUNDING)
+def printed_fitness(seed: int, headings: int = 73) -> Rows:  # noqa: ARG001 -- nothing is drawn
+    """Weights that come nearest to the printed fitness, whatever the heading at the start."""
+    fitness, dexterity = map(cases.printed, ("fitness-of-runs", "area-manipulability-of-runs"))
+    poses, turns = cases.printed_poses(), np.linspace(-math.pi, math.pi, headings).tolist()
+    problems = (DockingProblem(robots.docking_arm(), heading=heading) for heading in turns)
+    misfit, a, b = min(
+        best_weights(fitness.numpy(), dexterity.numpy(), problem.distance(poses).numpy())
+        for problem in problems
+    )
+    yield {"misfit": misfit, "a": a, "b": b}
+
+
+@experiment(**cases.OF_DATA, **cases.ROUNDING)
+def geometry(seed: int) -> Rows:
+    """Deviation of D from that of a chain of the vehicle's joints [m], and the largest jump of M_a on a turn."""
+    problem = DockingProblem(robots.docking_arm(), region="or")
+    poses = _drawn(problem, 1000, seed)
+    vehicle = Chain(with_vehicle(problem.arm).screws[:4], torch.eye(4))
+    start, foot = poses.new_tensor([*problem.start, problem.heading]), poses.new_tensor(problem.foot)
+    moved = spatial.apply(vehicle.forward(poses), foot) - spatial.apply(vehicle.forward(start), foot)
+    jump, largest = _jump(problem, seed)
+    deviation = (problem.distance(poses) - moved.norm(dim=-1)).abs().max()
+    yield {"deviation": deviation, "jump": jump, "largest": largest}
+
+
+# ---- shared with views and tests -------------------------------------------------------------------
+
+
+def problem_of(reading: Values) -> DockingProblem:
+    """Return the docking problem of a reading, with all that the chapter assumes."""
+    settings = {"heading": reading["heading"], "height": reading["margin"], "yaw": reading["range-of-psi"]}
+    a, b = reading["weights"]
+    return cases.problem_of(reading, **settings, manipulability_weight=a, distance_weight=b)
+
+
+def with_vehicle(arm: Chain) -> Chain:
+    """Return a chain of ten joints, x, y, z, ψ of the arm's base in G and the arm's six."""
+    joints = torch.eye(6, dtype=torch.float64)[[0, 1, 2, 5]]
+    names = ["x", "y", "z", "ψ", *arm.joint_names]
+    return Chain(torch.cat([joints, arm.screws]), arm.home, name="vehicle and arm", joint_names=names)
+
+
+def faces_area(pose: Tensor) -> Tensor:
+    """Tell whether the ray ahead of the base at poses (..., 4) outside the task area meets the area."""
+    ahead = pose.new_tensor(list(cases.CORNERS.values()))[:, :2] - pose[..., None, :2]
+    bearing = spatial.wrap_to_pi(torch.atan2(ahead[..., 1], ahead[..., 0]) - pose[..., 3:])
+    left, right = bearing.amax(-1), bearing.amin(-1)
+    return (left >= 0) & (right <= 0) & (left - right < math.pi)
+
+
+def best_weights(
+    fitness: NDArray[np.float64], dexterity: NDArray[np.float64], distance: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    """Return the least that a M_a − b D misses f by in some run, beyond rounding, and its a, b ≥ 0.
+
+    All numbers may be off by half a unit of their last digit; D [m] by what half a unit of a pose moves the foot.
+    """
+    claims = ("fitness-of-runs", "area-manipulability-of-runs", "poses-x")
+    off_f, off_m, off_pose = (cases.printed(claim, "rounding").item() for claim in claims)
+    off_d = off_pose * (math.sqrt(3) + math.hypot(*DockingProblem.foot[:2]))
+    ones = np.ones_like(fitness)
+    above = np.stack([dexterity - off_m, -distance - off_d, -ones], axis=1)
+    below = np.stack([-dexterity - off_m, distance - off_d, -ones], axis=1)
+    bounds = np.concatenate([fitness + off_f, -fitness + off_f])
+    a, b, misfit = map(float, linprog([0, 0, 1], A_ub=np.concatenate([above, below]), b_ub=bounds).x)
+    return misfit, a, b
+
+
+def by_grids(
+    problem: DockingProblem, step: float = 0.05, turn_step: float = 0.1, starts: int = 4, stages: int = 200
+) -> docking.Docking:
+    """Search everywhere, from a first grid of these steps [m] and [rad]."""
+    options = ZoomOptions(starts=starts, stages=stages, shrink=0.85)
+    return docking.global_docking(problem, [step, step, step, turn_step], options)
+
+
+def evolved(
+    objective: Objective, box: Box, seed: int, generations: int, popsize: int = 30, tol: float = 1e-10
+) -> float:
+    """Return the largest objective in a box that differential evolution finds."""
+    found = differential_evolution(
+        lambda x: -objective(torch.tensor(x.T)).numpy(),
+        _bounds(box),
+        seed=seed,
+        popsize=popsize,
+        maxiter=generations,
+        tol=tol,
+        atol=tol,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+    )
+    return -float(found.fun)
+
+
+# ---- searches --------------------------------------------------------------------------------------
+
+
+def _bounds(box: Box) -> list[tuple[float, float]]:
+    return list(zip(*(limit.tolist() for limit in box), strict=True))
+
+
+def _by_cma(problem: DockingProblem, evaluations: int, seed: int) -> float:
+    """Start anew from a random pose wherever a run has ended, until the evaluations are used up."""
+    import cma  # no page needs it
+
+    random, width = np.random.default_rng(seed), problem.upper - problem.lower
+    options = {"bounds": [0, 1], "popsize": POPULATION, "verbose": -9}
+    best, left = 0.0, evaluations
+    while left >= POPULATION:
+        start = random.random(len(width))
+        own = cma.CMAEvolutionStrategy(start, 0.3, {**options, "seed": int(random.integers(1, 2**31))})
+        while left >= POPULATION and not own.stop():
+            asked = own.ask()
+            fitness = problem.fitness(problem.lower + width * torch.tensor(np.array(asked))).numpy()
+            own.tell(asked, -fitness)
+            best, left = max(best, float(fitness.max())), left - POPULATION
+    return best
+
+
+def _on_lattice(problem: DockingProblem, pose: Tensor, precision: float) -> float:
+    """Return the largest fitness of what the chromosome has within 4 cm and 0.12 rad of a pose, at any height."""
+    bits = Chromosome.of(problem.lower, problem.upper, [precision] * 4).bits
+    last = torch.tensor([2**count - 1 for count in bits])
+    step = (problem.upper - problem.lower) / last
+    offsets = torch.cartesian_prod(*(torch.arange(-reach, reach + 1) for reach in (5, 5, 7, 20)))
+    nearest = ((pose - problem.lower) / step).round()
+    numbers = torch.minimum((nearest + offsets).clamp(min=0), last)
+    return max(float(problem.fitness(part).max()) for part in (problem.lower + numbers * step).split(2**15))
+
+
+def _turned(pose: Tensor, quarters: int) -> Tensor:
+    angle = quarters * math.pi / 2
+    T = docking.base_pose([0.0, 0.0, 0.0, angle])
+    return torch.cat([spatial.apply(T, pose[:3]), spatial.wrap_to_pi(pose[3:] + angle)])
+
+
+def _drawn(problem: DockingProblem, count: int, seed: int) -> Tensor:
+    """Draw so many poses of the whole box, and return those of the group."""
+    random = torch.Generator().manual_seed(seed)
+    unit = torch.rand(count, len(problem.lower), generator=random, dtype=torch.float64)
+    poses = problem.lower + (problem.upper - problem.lower) * unit
+    return poses[problem.allows(poses)]
+
+
+def _jump(problem: DockingProblem, seed: int) -> tuple[float, float]:
+    """Close in on the largest change of M_a between two steps of a turn, from random poses; and its largest value."""
+    poses = _drawn(problem, 40_000, seed)
+    values = problem.area_manipulability(poses)
+    turn = torch.zeros(1, 1001, 4, dtype=torch.float64)
+    turn[..., 3] = torch.linspace(-0.5, 0.5, 1001)
+    path = poses[values > 0][:50, None] + turn
+    steps = problem.area_manipulability(path).diff(dim=1).abs()
+    i, j = divmod(int(steps.argmax()), 1000)
+    low, high = path[i, j], path[i, j + 1]
+    for _ in range(30):
+        middle = (low + high) / 2
+        first, second = problem.area_manipulability(torch.stack([low, middle, high])).diff().abs()
+        low, high = (low, middle) if first > second else (middle, high)
+    return float(problem.area_manipulability(torch.stack([low, high])).diff().abs()), float(values.max())

@@ -1,0 +1,1 @@
+"""Paper C: networks for the reach of a manipulator and its Jacobian."""

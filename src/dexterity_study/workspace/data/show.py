@@ -1,0 +1,175 @@
+"""Figures and tables of the chapter on the data of paper C, from rows of its experiments."""
+
+from __future__ import annotations
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import torch
+from matplotlib.figure import Figure
+
+from dexterity import workspace
+from dexterity.workspace import dataset
+from dexterity_study.claims.ledger import load_paper
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.table import Table
+from dexterity_study.page.figures import COLORS
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import show
+from dexterity_study.workspace.data import verdicts
+from dexterity_study.workspace.data.experiment import fanuc_arm
+
+LENGTHS = ("d₃", "d₄", "a₂", "a₃")
+CHECKS = {
+    "tried": ("poses tried", "{:,}"),
+    "disagreements": ("rule and branches disagree", "{:,}"),
+    "turned": ("answers that change as the tool turns", "{:,}"),
+    "eight": ("poses in reach with eight configurations", "{:.2%}"),
+    "jacobians": ("and eight different Jacobians", "{:.2%}"),
+}
+GROUPS = (
+    *("links", "mass", "centre", "inertia", "viscous", "friction forwards", "friction backwards"),
+    *("gear", "motor", "position", "angles"),
+)
+
+
+def fanuc_jacobian() -> Markup:
+    """Set the exact Jacobian of the Fanuc arm at zero."""
+    J = fanuc_arm().geometric_jacobian([0, 0, 0, 0, 0, 0]).round(decimals=6) + 0.0
+    rows = ("vx", "vy", "vz", "ωx", "ωy", "ωz")
+    return show(pd.DataFrame(J.numpy(), rows, [f"joint {joint}" for joint in range(1, 7)]))
+
+
+def step_errors(stored: Evidence) -> Figure:
+    """Draw the errors of Jacobians by differences against the step."""
+    fig, ax = plt.subplots()
+    for kind in ("forward", "central"):
+        ax.loglog(stored["fanuc"].array("steps")[0], stored["fanuc"].array(kind)[0], label=kind)
+    step = load_paper("liao2018").printed("difference-step")
+    ax.axvline(step, color=COLORS["black"], linestyle=":", label="the paper's step")
+    ax.set(xlabel="step [rad]", ylabel="largest error of an entry")
+    ax.legend()
+    return fig
+
+
+def reach_in_a_plane() -> Figure:
+    """Draw what two arms reach in a vertical plane through the first axis."""
+    arms = {"PUMA 560": (0.15, 0.4318, 0.4318, 0.0203), "a shorter arm": (0.1, 0.15, 0.3, 0.05)}
+    side = torch.linspace(-0.9, 0.9, 361, dtype=torch.float64)
+    x, z = torch.meshgrid(side, side, indexing="xy")
+    fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.5), sharey=True)
+    for ax, (name, links) in zip(panels, arms.items(), strict=True):
+        reach = workspace.reachable(links, torch.stack([x, 0 * x, z], -1))
+        ax.contourf(x, z, reach, levels=[0.5, 1.5], colors=[COLORS["sky blue"]])
+        cube = ([-0.4, 0.4, 0.4, -0.4, -0.4], [-0.4, -0.4, 0.4, 0.4, -0.4])
+        ax.plot(*cube, color=COLORS["black"], linestyle="--")
+        ax.set(title=name, xlabel="x [m]", aspect="equal")
+    panels[0].set(ylabel="z [m]")
+    return fig
+
+
+def checks(stored: Evidence, live: Table) -> Markup:
+    """Set all that was checked about the rule, beside a live run."""
+    columns = {
+        run: {title: form.format(table.where()[name].iloc[0]) for name, (title, form) in CHECKS.items()}
+        for run, table in (("stored", stored["rule"]), ("live", live))
+    }
+    return show(pd.DataFrame(columns))
+
+
+def file_table(stored: Evidence) -> Markup:
+    """Set Table I, with how many targets and features vary."""
+    rows = stored["files"].where(columns="all").set_index("file")
+    rows["kind"] = rows["is_binary"].map({True: "classification", False: "regression"})
+    rows["samples"] = rows["samples"].map("{:,}".format)
+    heads = {
+        "targets": "targets",
+        "varying_targets": "that vary",
+        "features": "features",
+        "varying_features": "that vary ",
+    }
+    return show(rows[[*heads, "samples", "kind"]].rename(columns=heads).rename_axis(None))
+
+
+def range_table(stored: Evidence) -> Markup:
+    """Set the smallest and the largest value of each group of columns, printed and over all our files."""
+    paper = load_paper("liao2018")
+    friction = paper.printed("coulomb-range")
+    printed = {
+        "links": paper.printed("link-range"),
+        "friction forwards": friction[:2],
+        "friction backwards": friction[2:],
+        "angles": (0, math.tau),
+        **{group: paper.printed(f"{group}-range") for group in GROUPS[1:5] + GROUPS[7:8] + GROUPS[9:10]},
+    }
+    ours = stored["files"].where().groupby("columns").agg({"low": "min", "high": "max"})
+    rows = {
+        group: {
+            "printed": _range(*printed[group]) if group in printed else "–",
+            "ours": _range(*ours.loc[group]),
+        }
+        for group in GROUPS
+    }
+    return show(pd.DataFrame.from_dict(rows, orient="index"))
+
+
+def _range(low: float, high: float) -> str:
+    """Write a range with digits for its width, so that almost nothing is nothing."""
+    places = 3 - math.floor(math.log10(high - low))
+    return f"{round(low, places) + 0.0:g} to {round(high, places) + 0.0:g}"
+
+
+def drawn(data: dataset.ConfidenceData) -> Markup:
+    """Set the number of columns of a set, and the share of its poses in reach."""
+    columns, share = dataset.features(data.samples).shape[1], 100 * data.reachable.double().mean().item()
+    return show(pd.DataFrame({"columns": [columns], "in reach [%]": [share]}))
+
+
+def implied_shares(stored: Evidence) -> Figure:
+    """Draw the shares of poses in reach that the rows of Table VI allow, beside those of our sets."""
+    shares, ours = verdicts.implied_shares(), 100 * verdicts.in_reach(stored)
+    fig, ax = plt.subplots(figsize=(5.5, 4.6))
+    low, high = 100 * np.array(list(shares.values())).T
+    ax.hlines(range(len(shares)), low, high, color=COLORS["black"], linewidth=4, label="Table VI allows")
+    ax.axvline(ours["redraw=0"], color=COLORS["blue"], label="as drawn")
+    ax.axvline(ours["chosen"], color=COLORS["vermillion"], linestyle="--", label="redrawn")
+    ax.set_yticks(range(len(shares)), list(shares))
+    ax.invert_yaxis()
+    ax.set(xlabel="poses in reach [%]")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.3, 1), ncols=3, columnspacing=1, handlelength=1.2)
+    return fig
+
+
+def uniformity(stored: Evidence) -> Markup:
+    """Set distances from the uniform distribution."""
+    return show(
+        verdicts.uniformity(stored).rename(columns={"links": ", ".join(LENGTHS)}).rename_axis(columns=None)
+    )
+
+
+def influence(stored: Evidence) -> Markup:
+    """Set what depends on each group of columns, and what one column of it says about the label by itself."""
+    rows = stored["influence"].where().set_index("columns").rename_axis(None)
+    columns = {f"{head} [%]": 100 * rows[head.lower()] for head in ("label", "Jacobian", "kept")}
+    return show(pd.DataFrame(columns).assign(**{"alone [mbit]": (1e3 * rows["bits"]).round(1) + 0.0}))
+
+
+def map_by_length(stored: Evidence, name: str) -> Figure:
+    """Draw a map by t-SNE, coloured by each of the four lengths."""
+    points, links = (stored["maps"].array(array)[0] for array in (name, f"{name}_links"))
+    fig, panels = plt.subplots(2, 2, figsize=(6.4, 5.6), sharex=True, sharey=True)
+    for ax, length, values in zip(panels.flat, LENGTHS, links.T, strict=True):
+        dots = ax.scatter(*points.T, c=values, s=6, vmin=0, vmax=0.5)
+        ax.set(title=length, xticks=[], yticks=[])
+    fig.colorbar(dots, ax=panels, label="length [m]")
+    return fig
+
+
+def maps(stored: Evidence) -> Markup:
+    """Set R² with which neighbours on the maps predict lengths and position."""
+    rows = stored["maps"].where().pivot(index="map", columns="quantity", values="determination")
+    order = stored["maps"].where()[["map", "quantity"]]
+    table = rows.loc[order["map"].unique(), order["quantity"].unique()]
+    return show(table.rename_axis(index=None, columns=None))

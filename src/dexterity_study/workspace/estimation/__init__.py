@@ -1,0 +1,1 @@
+"""The confidence and the estimation network, sections V and VI of paper C."""

@@ -1,0 +1,127 @@
+"""Verdicts on the maps of the PUMA 560 and on the control loop of paper C."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import pandas as pd
+
+from dexterity_study.claims.judge import Judge
+from dexterity_study.claims.outcome import Acceptance, Verdict
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.readings import Reading
+from dexterity_study.workspace.puma.experiment import ALIGNED, FEEDBACK, FINE, NOTIONS, RANDOM
+
+READING: Mapping[str, Any] = Reading.chosen("liao2018")
+
+OFF = {"a hundredth": 0.01, "a tenth": 0.1}
+"""Largest distances from the circle, in shares of its radius, with which a loop works."""
+
+
+def verdicts(evidence: Evidence) -> Iterator[Verdict]:
+    """Judge the claims of the chapter."""
+    on = Judge("liao2018")
+    yield from _on_notions(on, evidence["notions"].where().set_index("arm"))
+    yield from _on_maps(on, evidence)
+    yield from _on_control(on, evidence)
+
+
+def acceptance(evidence: Evidence) -> Iterator[Acceptance]:  # noqa: ARG001
+    """Figures that must hold for the book to be accepted; there are none."""
+    yield from ()
+
+
+def worst_of_maps(evidence: Evidence) -> pd.DataFrame:
+    """Return the smallest intersection over union of both classes and maps, and the larger error of w, by network."""
+    rows = evidence["learned"].where()
+    groups = rows[rows["case"].isin((ALIGNED, RANDOM))].groupby("network", sort=False)
+    overlap = groups[["reached", "unreached"]].min().min(axis=1)
+    return pd.DataFrame({"overlap": overlap, "error": groups["median_error"].max()})
+
+
+def _on_notions(on: Judge, arms: pd.DataFrame) -> Iterator[Verdict]:
+    volumes = arms[list(NOTIONS)].astype(float)
+    neither, both = volumes.loc["neither"], volumes.loc["limits and tool"]
+    alike = bool((neither == neither.iloc[0]).all())
+    order = both[["reachable", "total_orientation", "dexterous"]]
+    yield on(
+        "five-notions",
+        {"one without limits or a tool": alike, "apart with both": bool((order.diff().iloc[1:] < 0).all())},
+        f"Without limits or a tool all are {neither['reachable']:.2g} m³; with both they are "
+        f"{', '.join(f'{size:.2g}' for size in order)} m³ (reachable, within 45° of down, dexterous).",
+    )
+    yield on(
+        "six-dimensions-undrawable",
+        {
+            "with limits or a tool": bool((arms["mean_share"].iloc[1:] < 1).all()),
+            "the paper's arms": not alike,
+        },
+        "The paper's arms have every orientation wherever they reach, so that one picture in space shows all.",
+    )
+    yield on.not_run("workspace-functions", "The paper's library was not run; ours has all five notions.")
+
+
+def _on_maps(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
+    worst = worst_of_maps(evidence)
+    least, most = READING["varies-slightly"]
+    fits, precise = worst["overlap"] >= least, worst["error"] <= most
+    in_reach = evidence["exact"].where()["share_reached"].iloc[0]
+    overlap = ", ".join(f"{name}: {value:.3f}" for name, value in worst["overlap"].items())
+    error = ", ".join(f"{name}: {value:.2%}" for name, value in worst["error"].items())
+    decides = (
+        f"{in_reach:.0%} of the cube are in reach, so that the cells out of reach decide; error of w {error}."
+    )
+    for claim, holds, note, ours in (
+        ("puma-maps-alike", fits & precise, f"Smallest intersection over union. {decides}", overlap),
+        (
+            "workspace-from-jacobian",
+            fits,
+            "The confidence draws the workspace, the Jacobian has no part in it.",
+            overlap,
+        ),
+        (
+            "manipulability-from-estimate",
+            precise,
+            "Median error of w, in shares of its largest value.",
+            error,
+        ),
+    ):
+        yield on(claim, {name: bool(own) for name, own in holds.items()}, note, ours=ours)
+
+
+def _on_control(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
+    radius = READING["rate-control-path"][0]
+    runs = evidence["learned"].where(case=FEEDBACK).set_index("network")
+    told = ", ".join(f"{name}: {1e3 * largest:.2g} mm" for name, largest in runs["largest"].items())
+    works = runs["ended"]["rotation"] == "on time"
+    in_loop = {
+        f"in the loop, to {name} of the radius": bool(works and runs["largest"]["rotation"] <= share * radius)
+        for name, share in OFF.items()
+    }
+    precise = worst_of_maps(evidence)["error"]["rotation"] <= READING["varies-slightly"][1]
+    yield on(
+        "jacobian-is-useful",
+        in_loop | {"for manipulability": bool(precise)},
+        f"With the network of rotation matrices; largest distances from the circle are {told}.",
+    )
+    yield on(
+        "rate-control-through-the-pose",
+        in_loop,
+        "Largest distance from the circle. Feedback holds the network's errors; but forward kinematics, which closes the "
+        "loop, is all that the exact Jacobian needs.",
+        ours=told,
+    )
+    loops = evidence["loops"]
+    largest, fine = (loops.values("largest", case=case) for case in (FEEDBACK, FINE))
+    yield on(
+        "rate-control-scheme",
+        (loops.values("ended", case=FEEDBACK) == "on time") & (largest <= OFF["a hundredth"] * radius),
+        "Largest distance with the exact Jacobian, within a hundredth of the radius. It is the error of Euler's "
+        f"steps: steps of fourth order, ten times as long, leave {1e3 * fine['chosen'].max():.1g} mm.",
+        ours=f"{1e3 * largest['chosen'].max():.2g} mm",
+    )
+    yield on.not_run(
+        "rate-control-by-angles",
+        "No such network is made, here or in the paper. With the angles at hand the Jacobian is a product of known frames.",
+    )

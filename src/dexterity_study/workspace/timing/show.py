@@ -1,0 +1,107 @@
+"""Tables and a figure of times, from rows of their experiments."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.figure import Figure
+
+from dexterity.timing import ratio
+from dexterity_study.claims.judge import Judge
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.page.figures import COLORS
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import show
+from dexterity_study.workspace.timing import experiment as of
+from dexterity_study.workspace.timing.verdicts import PRINTED, printed_seconds, times
+
+LOOKS = {"analytic": "reddish purple", "numerical": "orange", "exact": "blue", "network": "vermillion"}
+SIDES = (10, 20, 50)
+UNITS = {"years": 31_557_600.0, "days": 86_400.0, "h": 3_600.0, "min": 60.0, "s": 1.0, "ms": 1e-3, "µs": 1e-6}
+
+
+def ladder(stored: Evidence) -> Markup:
+    """Set the times of all ways for a pose, and how many times as long as compiled in the largest batch they take."""
+    timings = times(stored)
+    foot = timings[of.C_MANY, of.CLOSED]
+    rows = {
+        place: {
+            "poses": f"{one.configurations:,}",
+            "median [ns]": f"{1e9 * one.median:,.4g}",
+            "quartiles [ns]": f"{1e9 * one.lower:,.4g}–{1e9 * one.upper:,.4g}",
+            "times compiled": "1" if one == foot else str(ratio(one, foot)),
+        }
+        for place, one in timings.items()
+    }
+    return show(pd.DataFrame.from_dict(rows, orient="index"))
+
+
+def ladder_figure(stored: Evidence) -> Figure:
+    """Draw the time of each way for a pose, and printed times of the same kind."""
+    fig, ax = plt.subplots(figsize=(6.8, 4.6))
+    rungs = times(stored)
+    order = list(dict.fromkeys(rung for rung, _ in rungs))
+    for (rung, way), timing in rungs.items():
+        style = "none" if way == of.PAPERS else "full"
+        ax.plot(1e6 * timing.median, order.index(rung), "o", color=_color(way), fillstyle=style)
+    on = Judge("liao2018")
+    for claim, (_, way) in PRINTED.items():
+        ax.plot(1e6 * printed_seconds(on, claim), -1, "D", ms=8, fillstyle="none", color=_color(way))
+    for kind in LOOKS:
+        ax.plot([], [], "o", color=_color(kind), label=kind)
+    ticks = {"yticks": range(-1, len(order)), "yticklabels": ["paper", *order]}
+    ax.set(xscale="log", xlabel="time for a pose [µs]", **ticks)
+    ax.invert_yaxis()
+    fig.legend(loc="outside upper center", ncols=4, fontsize="small")
+    return fig
+
+
+def _color(way: str) -> str:
+    return COLORS[LOOKS[way.replace(",", "").split()[0]]]
+
+
+def beside_the_paper(stored: Evidence) -> Markup:
+    """Set times of inverse kinematics, Jacobians and networks [µs] beside the paper's."""
+    on, rungs = Judge("liao2018"), times(stored)
+    rows = {
+        f"{way}, {rung}": {"paper": 1e6 * printed_seconds(on, claim), "ours": 1e6 * rungs[rung, way].median}
+        for claim, (rung, way) in (*PRINTED.items(), ("time-estimation-network", (of.SINGLE, of.PAPERS)))
+    }
+    return show(pd.DataFrame.from_dict(rows, orient="index"), "{:,.0f}")
+
+
+def other_methods(stored: Evidence) -> Markup:
+    """Set times of the other methods for a sample [µs] beside the paper's, with the rows of training."""
+    on, rows = Judge("liao2018"), stored["others"].where().set_index("method")
+    columns = {
+        "paper": [1e6 * printed_seconds(on, f"time-{method}") for method in rows.index],
+        "ours": 1e6 * rows["median"],
+        "rows": rows["rows"],
+    }
+    names = [method.replace("-", ", ", 1).replace("-", " ") for method in rows.index]
+    return show(pd.DataFrame(columns).set_axis(names), "{:,.1f}")
+
+
+def grids(stored: Evidence) -> Markup:
+    """Set how long grids of so many steps a side take, from the times of the ladder for a pose."""
+    named = {
+        "toolbox, numerical": (of.TOOLBOX, of.NUMERICAL_JACOBIAN),
+        "toolbox, analytic": (of.TOOLBOX, of.ANALYTIC_JACOBIAN),
+        "network of the paper's size": (of.SOME, of.PAPERS),
+        "small network": (of.MANY, of.PLANE),
+        "compiled, Jacobian and all": (of.C_MANY, of.CLOSED),
+        "compiled, w alone": (of.C_MANY, of.REACH),
+    }
+    rungs = times(stored)
+    rows = {
+        name: [_duration(side**6 * rungs[place].median) for side in SIDES] for name, place in named.items()
+    }
+    rows["positions alone, which suffice"] = [
+        _duration(side**3 * rungs[of.C_MANY, of.REACH].median) for side in SIDES
+    ]
+    return show(pd.DataFrame.from_dict(rows, orient="index", columns=[f"{side} steps" for side in SIDES]))
+
+
+def _duration(seconds: float) -> str:
+    unit, length = next(((unit, one) for unit, one in UNITS.items() if seconds >= one), ("µs", 1e-6))
+    return f"{seconds / length:,.3g} {unit}"

@@ -1,0 +1,106 @@
+"""What a network for the area measure is told, where it is asked, and what bounds are worth."""
+
+import math
+
+import pytest
+import torch
+from torch.testing import assert_close
+
+from dexterity import docking, indices, robots, spatial
+from dexterity_study.docking.stand_in import experiment
+
+ARMS = {name: robots.docking_arm(name) for name in ("stated", "fitted")}
+every_arm = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+
+
+@every_arm
+@pytest.mark.parametrize("turns", [1, 2, 3, -1])
+def test_quarter_turns_change_neither_the_measure_nor_what_is_seen(arm, turns):
+    poses = experiment.draw(arm, 300, seed=3)
+    turned = experiment.quarter_turned(poses, turns)
+    assert_close(experiment.rated(arm, 5, turned), experiment.rated(arm, 5, poses), rtol=0, atol=1e-12)
+    assert_close(experiment.seen(turned), experiment.seen(poses), rtol=0, atol=1e-12)
+    assert (experiment.asked(arm, turned) == experiment.asked(arm, poses)).all()
+
+
+def test_an_eighth_of_a_turn_changes_the_measure():
+    arm = ARMS["stated"]
+    poses = experiment.draw(arm, 300, seed=3)
+    x, y, z, yaw = poses.unbind(-1)
+    c = math.sqrt(0.5)
+    turned = torch.stack([c * (x - y), c * (x + y), z, yaw + math.pi / 4], dim=-1)
+    change = experiment.rated(arm, 5, turned) - experiment.rated(arm, 5, poses)
+    assert change.abs().max() > 0.01
+
+
+@every_arm
+def test_turns_of_the_tool_about_its_axis_change_no_w(arm):
+    poses, values = experiment.draw(arm, 20, seed=3), []
+    for angle in (0.0, 0.7, 2.0, 4.0):
+        turn = spatial.exp(torch.tensor([0, 0, 0, angle, 0, 0], dtype=torch.float64))[:3, :3]
+        tool = torch.tensor(docking.TOOL_UP, dtype=torch.float64) @ turn
+        q, valid, within = docking.configurations(arm, poses, docking.square(0.2), tool)
+        w = indices.manipulability(arm.geometric_jacobian(q))
+        values.append(torch.where(valid & within, w, 0.0).amax(-1))
+    assert values[0].max() > 0.01
+    for turned in values[1:]:
+        assert_close(turned, values[0], rtol=0, atol=1e-12)
+
+
+def test_what_is_seen_is_the_middle_of_the_area_in_the_base():
+    poses = experiment.draw(ARMS["fitted"], 100, seed=4)
+    middle = torch.linalg.inv(docking.base_pose(poses))[:, :3, 3]
+    seen = experiment.seen(poses)
+    assert_close(seen[:, :3], middle, rtol=0, atol=1e-12)
+    folded = seen[:, 3]
+    assert (folded >= -math.pi / 4).all()
+    assert (folded < math.pi / 4).all()
+    quarters = (poses[:, 3] - folded) / (math.pi / 2)
+    assert_close(quarters, quarters.round(), rtol=0, atol=1e-12)
+
+
+@every_arm
+def test_where_it_is_not_asked_nothing_is_lost(arm):
+    problem = docking.DockingProblem(arm, region="or")
+    unit = torch.rand(20_000, 4, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    poses = problem.lower + (problem.upper - problem.lower) * unit
+    poses = poses[problem.allows(poses)]
+    asked = experiment.asked(arm, poses)
+    assert (problem.area_manipulability(poses[~asked]) == 0).all()
+    assert problem.area_manipulability(poses[asked]).median() > 0
+
+
+@every_arm
+def test_as_many_poses_are_drawn_as_were_wanted(arm):
+    for count in (1, 100, 1000):
+        poses = experiment.draw(arm, count, seed=count)
+        assert poses.shape == (count, 4)
+        assert experiment.asked(arm, poses).all()
+
+
+def test_a_steep_slope_is_no_jump():
+    def rate(poses):
+        # A jump by 0.3 at x = 0, and a slope that is steep but continuous at x = 1.
+        x = poses[..., 0]
+        return 0.3 * (x > 0).double() + (x - 1).clamp(min=0).sqrt()
+
+    x = torch.tensor([-0.5, -0.004, 0.007, 0.5, 0.999], dtype=torch.float64)
+    poses = torch.stack([x, 0 * x, 0 * x, 0 * x], dim=-1)
+    change, jump = experiment.steepness(rate, poses, least=0.05)
+    assert_close(change, x.new_tensor([0.0, 0.3, 0.3, 0.0, math.sqrt(0.009)]), rtol=0, atol=1e-12)
+    assert_close(jump, x.new_tensor([0.0, 0.3, 0.3, 0.0, 0.0]), rtol=0, atol=1e-3)
+
+
+@every_arm
+def test_fewer_points_are_a_bound(arm):
+    poses = experiment.draw(arm, 500, seed=5)
+    assert (experiment.rated(arm, 2, poses) >= experiment.rated(arm, 5, poses)).all()
+
+
+def test_a_bound_proves_the_best_and_more_points_prove_it_sooner():
+    rows = experiment.exact.probe().where().set_index("points")
+    assert (rows.loc[[4, 9], "proven"] >= rows.loc[[4, 9], "needed"]).all()
+    assert rows.loc[9, "proven"] <= rows.loc[4, "proven"]
+    best = rows.loc[[4, 9], ["best_of_1", "best_of_10", "best_of_100"]].to_numpy()
+    assert (best[:, 1:] >= best[:, :-1]).all()
+    assert best.max() <= 1

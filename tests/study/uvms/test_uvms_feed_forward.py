@@ -1,0 +1,79 @@
+"""The chapter on feed-forward networks: settings of the paper, what rows must satisfy, and its own words."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from dexterity_study.claims.ledger import load_paper
+from dexterity_study.uvms.feed_forward import experiment, show
+
+PAPER = load_paper("sotiropoulos2016")
+SMALL = {"rows": 200, "test": 100, "epochs": 5}
+
+
+def printed(name):
+    return PAPER.printed(f"feed-forward-{name}")
+
+
+def test_settings_are_the_printed_ones():
+    assert {experiment.LIMIT} == set(printed("testing-error-limit"))
+    assert {experiment.EPOCHS} == set(printed("epoch-limit"))
+    assert tuple(experiment.GOALS.values()) == printed("training-error-goals")
+    assert experiment.LIMITS["w"] == printed("neuron-limit")[0]
+    for index, sizes in experiment.LARGER.items():
+        assert sizes[0] == printed(f"{index.lower()}-neurons")
+
+
+def test_the_loop_ends_at_the_first_network_that_passes():
+    rows = experiment.loop(seed=1, limits={"w": 100}, fresh=500, **SMALL).where()
+    assert rows["neurons"].tolist() == list(range(1, len(rows) + 1))
+    passes = rows["testing_error"] <= experiment.LIMIT
+    assert passes.tolist() == [False] * (len(rows) - 1) + [True]
+    # What the loop returns, and that alone, is judged on fresh points.
+    assert rows["fresh"].notna().tolist() == passes.tolist()
+
+
+def test_a_loop_that_is_given_up_judges_its_best_network():
+    rows = experiment.loop(seed=0, limits={"KCI": 3}, fresh=500, **SMALL).where()
+    assert len(rows) == 3
+    assert rows["fresh"].notna().idxmax() == rows["testing_error"].idxmin()
+
+
+def test_a_smaller_network_of_a_sweep_is_the_one_of_the_loop():
+    rows = experiment.sizes(seed=1, of={"w": (1, 3)}, **SMALL).where(kind=experiment.AS_PRINTED)
+    loop = experiment.loop(seed=1, limits={"w": 100}, fresh=500, **SMALL).where()
+    both = min(len(rows), len(loop))
+    assert rows["testing_error"][:both].tolist() == loop["testing_error"][:both].tolist()
+
+
+def test_w_does_not_depend_on_the_task_point_and_kci_does():
+    of = {"of": {"w": (2,), "KCI": (2,)}, "fresh": 200, **SMALL}
+    chosen = experiment.printed_sizes(seed=0, **of).where()
+    moved = experiment.printed_sizes(seed=0, reading="task-point=world-origin", **of).where(
+        "task-point=world-origin"
+    )
+    same = chosen["fresh"].to_numpy() == moved["fresh"].to_numpy()
+    assert same.tolist() == (chosen["index"] == "w").tolist()
+
+
+def test_the_best_of_ten_is_no_worse_and_trained_on_stays():
+    sizes = experiment.printed_sizes
+    of = {"of": {"w": (2,)}, "fresh": 200, **SMALL}
+    (once, on), histories = sizes.function(seed=0, reading=sizes.reading(), **of)
+    (best, other_on), _ = sizes.function(seed=0, reading=sizes.reading("initial-weights=best-of-ten"), **of)
+    assert best["testing_error"] <= once["testing_error"]
+    assert other_on["testing_error"] == on["testing_error"]
+    assert {len(history) for history in histories.values()} == {SMALL["epochs"] + 1}
+
+
+def test_formulas_hold_and_the_step_tends_to_its_limits():
+    (row,) = experiment.formulas(seed=0, rows=100).rows.to_dict("records")
+    assert row["values"] < 1e-12
+    assert row["step"] < 1e-10
+    assert max(row["small_damping"], row["large_damping"]) < 1e-2
+
+
+@pytest.mark.parametrize(("level", "says"), [(0.02, "none (2–none)"), (0.035, "2.5 (2–3)"), (0.001, "none")])
+def test_the_smallest_network_is_the_first_that_passes(level, says):
+    errors = pd.DataFrame(np.array([[0.05, 0.01, 0.03], [0.05, 0.04, 0.03]]), columns=[1, 2, 3])
+    assert show.fewest(errors, level) == says
