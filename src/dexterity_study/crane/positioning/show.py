@@ -1,0 +1,123 @@
+"""Figures and tables of the chapter on four ways to position."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from dexterity.crane import TEST_PAYLOADS, TEST_POINTS
+from dexterity_study.claims.ledger import load_paper
+from dexterity_study.crane.positioning.experiment import GENETIC, METHODS, NONE
+from dexterity_study.crane.positioning.verdicts import LEFT_OUT, NAMES, TOLERANCES, at, distance, named
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.table import Table
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import over_seeds, show, with_range
+
+PAPER = load_paper("rouvinen1999")
+
+
+def errors(stored: Evidence, live: Table) -> Markup:
+    """Set mean and largest distances as the thesis's Table 4.1 has them, ours, and those of a live run."""
+    rows = stored["methods"].where()
+    ours = over_seeds(rows, "method", {"mean": "mean, ours", "max": "largest, ours"})
+    for place, (kind, head) in enumerate((("mean", "mean, thesis"), ("max", "largest, thesis"))):
+        own = {method: PAPER.printed(f"crane-{name}-{kind}")[2] for method, name in _PRINTED.items()}
+        ours.insert(2 * place, head, pd.Series(own).map("{:.1f}".format))
+    columns = {"mean": "mean, live", "max": "largest, live"}
+    ours = ours.join(live.where().set_index("method")[list(columns)].rename(columns=columns))
+    asked = {"stopped": "beyond an end, %", "unstopped_mean": "mean if cylinders went on"}
+    return show(ours.join(over_seeds(rows.assign(stopped=100 * rows["stopped"]), "method", asked)))
+
+
+_PRINTED = {NONE: "uncompensated", **NAMES}
+
+
+def clouds(stored: Evidence) -> Figure:
+    """Draw mean against largest errors of each seed, with the values of the thesis."""
+    fig, ax = plt.subplots(figsize=(6.8, 4.2))
+    for color, method in enumerate(METHODS[1:6]):
+        own = stored["methods"].where(method=method)
+        (dots,) = ax.loglog(own["mean"], own["max"], f"C{color}o", alpha=0.7, label=method)
+        if method in NAMES:
+            printed = [PAPER.printed(f"crane-{NAMES[method]}-{kind}")[2] for kind in ("mean", "max")]
+            ax.loglog(*printed, "x", ms=11, mew=2.5, color=dots.get_color())
+    ax.set(xlabel="mean error [mm]", ylabel="largest error [mm]")
+    fig.legend(loc="outside upper center", ncols=3)
+    return fig
+
+
+def missed(stored: Evidence) -> str:
+    """Say how many searches end farther away than the tolerance, and where most often."""
+    far = ~stored["methods"].array("near").astype(bool)
+    hardest = named([far.mean(0).argmax() // len(TEST_PAYLOADS)])
+    return f"{np.median(far.mean(1)):.0%} of the points end farther away than the tolerance, most often {hardest}"
+
+
+def by_point(stored: Evidence) -> Figure:
+    """Draw the errors of the four methods at each test point and load."""
+    fig, panels = plt.subplots(4, 1, figsize=(6.8, 9), sharex=True)
+    places = np.arange(len(TEST_POINTS) * len(TEST_PAYLOADS)) / len(TEST_PAYLOADS)
+    none = distance(stored, NONE)[0].ravel()
+    for ax, method in zip(panels, NAMES, strict=True):
+        own = distance(stored, method).reshape(-1, len(places))
+        ax.semilogy(places, none, ".", color="C4", label="without compensation")
+        ax.vlines(places, own.min(0), own.max(0), color="C5", label="range over the seeds")
+        ax.semilogy(places, np.median(own, axis=0), "C0.", label="median")
+        ax.set(ylabel=f"{method} [mm]")
+    panels[-1].set_xticks(np.arange(25) + 0.4, [f"{x:g}, {y:g}" for x, y in TEST_POINTS], rotation=90)
+    panels[-1].set(xlabel="test point x, y [m]; five loads each, the lightest first")
+    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return fig
+
+
+def without(stored: Evidence) -> Markup:
+    """Set mean and largest distances with all points, without the thesis's worst two, and without ours."""
+    rows = {}
+    for method, points in LEFT_OUT.items():
+        own = distance(stored, method)
+        order = np.argsort(own.max(2), axis=1)[:, :-2, None]
+        rows[f"{method}, all points"] = own
+        rows[f"{method}, without {named(np.flatnonzero(at(*points)))}"] = own[:, ~at(*points)]
+        rows[f"{method}, without the two worst of each seed"] = np.take_along_axis(own, order, axis=1)
+    both = {name: (with_range(own.mean((1, 2))), with_range(own.max((1, 2)))) for name, own in rows.items()}
+    return show(pd.DataFrame.from_dict(both, orient="index", columns=["mean", "largest"]))
+
+
+def harm(stored: Evidence, count: int = 8) -> Markup:
+    """Set the points and loads that method 1 worsens in most seeds: how often, and by how much."""
+    none = distance(stored, NONE)
+    more = (distance(stored, GENETIC) - none).reshape(len(none), -1)
+    share = (more > 0).mean(0)
+    worst = [i for i in np.lexsort((-np.median(more, axis=0), -share))[:count] if share[i] > 0]
+    rows = [(f"{share[i]:.0%}", with_range(more[:, i], "{:.1f}"), none[0].ravel()[i]) for i in worst]
+    index = [f"{named([i // 5])}, {TEST_PAYLOADS[i % 5]:g} kg" for i in worst]
+    return show(pd.DataFrame(rows, index, ["seeds", "error added", "without compensation"]), "{:.1f}")
+
+
+def sweep(stored: Evidence) -> Markup:
+    """Set errors and steps of a descent by its tolerance, with the thesis's steps."""
+    rows, keys = stored["descents"].where(), ["method", "tolerance"]
+    found = over_seeds(rows, keys, {"mean": "mean error", "max": "largest error"})
+    found = found.join(
+        over_seeds(rows, keys, {"steps": "steps, mean", "most_steps": "steps, most"}, "{:.0f}")
+    )
+    printed = {one.id: one.printed for one in PAPER.claims}
+    ends = [f"crane-{NAMES[method]}-iterations{TOLERANCES[tolerance]}" for method, tolerance in found.index]
+    found["thesis, mean and most"] = [printed.get(claim, "–") for claim in ends]
+    return show(found.rename(index="{:g}".format, level="tolerance"))
+
+
+def by_method(stored: Evidence, name: str, **heads: str) -> Markup:
+    """Set metrics of an experiment for each method."""
+    return show(over_seeds(stored[name].where(), "method", heads))
+
+
+def operations(stored: Evidence) -> Markup:
+    """Set operations of an answer of method 4 and of a step of method 2's descent, by how a tangent counts."""
+    rows = stored["operations"].rows.set_index("reading")[["answer", "step"]]
+    return show(
+        rows.rename(index={"chosen": "a tangent as one", "crane-what-counts=five": "by its exponential"})
+    )

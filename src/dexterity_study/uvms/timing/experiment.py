@@ -1,0 +1,245 @@
+"""Times of exact indices and networks: as paper A measured them, and like for like in several languages.
+
+Networks have the printed sizes and random weights, since a trained one takes the same time; the networks that come
+with the package stand beside them in torch and C. The size of the radial-basis network for KCI is not printed.
+
+Source: Sotiropoulos & Aspragathos (2016), section 4.5 and Table 5.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from dexterity import networks, robots, sampling, symbolic
+from dexterity.codegen.c99 import function_name
+from dexterity.codegen.library import compiled_library
+from dexterity.networks import export
+from dexterity.networks.feed_forward import FeedForward
+from dexterity.networks.folding import Bells, folded
+from dexterity.networks.network import Network, View
+from dexterity.networks.radial_basis import RadialBasis
+from dexterity.symbolic import SymbolicChain
+from dexterity.timing import Way, measure
+from dexterity.timing.instructions import instructions_per_configuration
+from dexterity_study.engine.experiment import experiment
+from dexterity_study.uvms.cost.experiment import INDICES, MEASURES, Jacobians
+
+EXACT, FEED_FORWARD, RADIAL_BASIS = "exact", "feed-forward", "radial-basis"
+IN_KIND, ONE_BY_ONE, FOOT = "as in the paper", "numpy, one by one", "C, many at once"
+NEURONS = {"w": (8, 149), "KCI": (25, 142)}
+OF_DATA = {"data": ("robots/uvms.toml", "networks")}
+TIMES = {"timed": True, "unsteady": ("configurations", "lower", "median", "upper"), **OF_DATA}
+SMALL = {"configurations": 40, "many": 60, "in_loops": 3}
+BRIEF = {"rounds": 1, "seconds": 0.001}
+Function: TypeAlias = Callable[[Any], Any]
+
+
+@experiment(keys=("index", "rung", "side"), smoke=SMALL, atol=1e-6, **OF_DATA)
+def agreement(seed: int, **sizes: int) -> Iterator[dict[str, Any]]:
+    """Largest relative deviation of each way from the exact index by singular values, or the network in torch."""
+    for index in INDICES:
+        contest = Contest(index, seed, **sizes)
+        references = {side.name: side.reference(contest.many).numpy() for side in contest.sides}
+        for rung, ways in contest.rungs().items():
+            for way in ways:
+                values = np.asarray(way.compute()) / references[way.name][: way.configurations]
+                yield {"index": index, "rung": rung, "side": way.name, "deviation": np.abs(values - 1).max()}
+
+
+@experiment(keys=("index", "rung", "side"), smoke={**SMALL, **BRIEF}, **TIMES)
+def ladder(seed: int, rounds: int = 15, seconds: float = 0.01, **sizes: int) -> Iterator[dict[str, Any]]:
+    """Times per configuration [s] of the exact index and of networks, from the paper's kind of program to C."""
+    for index in INDICES:
+        for rung, ways in Contest(index, seed, **sizes).rungs().items():
+            for own in measure(ways, rounds, seconds):
+                yield {"index": index, "rung": rung, "side": own.name, **_times(own)}
+
+
+@experiment(keys=("number", "copy"), smoke={"count": 2, **BRIEF}, **TIMES)
+def singular_values(
+    seed: int, count: int = 30, rounds: int = 15, seconds: float = 0.01
+) -> Iterator[dict[str, Any]]:
+    """Times of KCI from single Jacobians [s], in turn with as many copies of the first of them."""
+    contest = Contest("KCI", seed)
+    jacobians = [contest.jacobian(q) for q in contest.many[:count].numpy()]
+    jacobians += jacobians[:1] * count
+    ways = [Way(f"{i}", _calling(MEASURES["kinematic_conditioning"], J), 1) for i, J in enumerate(jacobians)]
+    for i, own in enumerate(measure(ways, rounds, seconds)):
+        yield {"number": i % count, "copy": i >= count, **_times(own)}
+
+
+@experiment(keys=("index", "side"), smoke={"counted": False}, unsteady=("instructions",), **OF_DATA)
+def instructions(seed: int, counted: bool = True) -> Iterator[dict[str, Any]]:
+    """Neurons, and instructions of generated C per configuration where the machine can count them."""
+    for index in INDICES:
+        for side in Contest(index, seed).sides:
+            count = instructions_per_configuration(side.source, side.function) if counted else None
+            yield {"index": index, "side": side.name, "neurons": side.neurons, "instructions": count}
+
+
+def _times(timing: Any) -> dict[str, Any]:
+    return {name: value for name, value in asdict(timing).items() if name != "name"}
+
+
+# ---- both sides in every language ------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Side:
+    """An exact index (without neurons) or a network, as functions of configurations (m, n), and its C file.
+
+    In numpy `one` takes a single configuration (n). The others are compared with `reference`.
+    """
+
+    name: str
+    neurons: int
+    reference: Function
+    one: Function
+    at_once: Function
+    in_torch: Function
+    in_c: Function
+    source: str
+    function: str
+
+
+class Contest:
+    """An index and the networks for it, with the configurations that they are given."""
+
+    def __init__(
+        self, name: str, seed: int, configurations: int = 1000, many: int = 100_000, in_loops: int = 100
+    ) -> None:
+        index, chain = INDICES[name], robots.uvms()
+        random = torch.Generator().manual_seed(seed)
+        self.many = sampling.uniform(sampling.uvms_space(index.name), many, random)
+        self.some, self.few = self.many[:configurations], self.many[:in_loops]
+        self._jacobians = Jacobians(SymbolicChain.from_description(robots.describe("uvms")))
+        self._measure = MEASURES[index.name]
+        exact = Side(
+            EXACT, 0, index.bind(chain), lambda q: self._measure(self.jacobian(q)),
+            lambda q: self._measure(self._jacobians.at_once(q)), symbolic.compile_index(chain, index, "torch"),
+            symbolic.compile_index(chain, index, "c"), symbolic.cached_c_source(chain, index),
+            function_name(chain.name, index.name),
+        )  # fmt: skip
+        view = View(chain.joints, sampling.relevant_joints(chain, index))
+        begin = f"uvms-{index.name.replace('_', '-')}-"
+        self.sides = (
+            exact,
+            _network(FEED_FORWARD, _feed_forward(view, NEURONS[name][0], self.some, random)),
+            _network(RADIAL_BASIS, _radial_basis(view, NEURONS[name][1], random)),
+            *(
+                _network(shipped.replace(begin, "shipped "), networks.load_shipped(shipped))
+                for shipped in networks.shipped()
+                if shipped.startswith(begin)
+            ),
+        )
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Return the Jacobian (6, n) of one configuration, terms shared."""
+        return np.reshape(self._jacobians.shared(*q), (6, -1))
+
+    def _written_out(self, q: np.ndarray) -> Any:
+        return self._measure(np.reshape(self._jacobians.written(*q), (6, -1)))
+
+    def rungs(self) -> Mapping[str, Sequence[Way]]:
+        """Ways of all sides, from the paper's kind of program to C on many configurations."""
+        few, some, many = self.few, self.some, self.many
+        printed = self.sides[:3]
+
+        def ways(sides: Sequence[Side], computing: Callable[[Side], Any], q: Tensor) -> list[Way]:
+            return [Way(side.name, computing(side), len(q)) for side in sides]
+
+        in_kind = ways(printed[1:], lambda side: _calling(side.at_once, some.numpy()), some)
+        return {
+            IN_KIND: [Way(EXACT, _looping(self._written_out, few.numpy()), len(few)), *in_kind],
+            ONE_BY_ONE: ways(printed, lambda side: _looping(side.one, few.numpy()), few),
+            "numpy, a test set at once": ways(
+                printed, lambda side: _calling(side.at_once, some.numpy()), some
+            ),
+            "torch, a test set at once": ways(self.sides, lambda side: _calling(side.in_torch, some), some),
+            "torch, many at once": ways(self.sides, lambda side: _calling(side.in_torch, many), many),
+            "C from Python, one by one": ways(self.sides, lambda side: _looping(side.in_c, few), few),
+            "C from C, one by one": ways(self.sides, lambda side: _in_c_one_by_one(side, some), some),
+            "C, a test set at once": ways(self.sides, lambda side: _calling(side.in_c, some), some),
+            FOOT: ways(self.sides, lambda side: _calling(side.in_c, many), many),
+        }
+
+
+def _network(name: str, network: Network) -> Side:
+    """Return a network: in numpy its equation, in torch and C as it is."""
+    in_torch, in_numpy = torch.no_grad()(network), _in_numpy(network)
+    source, in_c = export.c_source(network, "network"), export.compile_network(network)
+    return Side(name, network.neurons, in_torch, in_numpy, in_numpy, in_torch, in_c, source, "network")
+
+
+def _in_numpy(network: Network) -> Function:
+    """Return the equation of a network that takes joints alone and whose output is the index itself."""
+    inputs, weights = list(network.inputs), folded(network)
+    if isinstance(weights, Bells):
+        bases, squares = weights.centres.T, (weights.centres**2).sum(1)
+
+        def bells(q: np.ndarray) -> Any:
+            x = q[..., inputs] * weights.scale
+            apart = (x**2).sum(-1)[..., None] + squares - 2 * x @ bases
+            return np.exp(-apart) @ weights.output + weights.output_bias
+
+        return bells
+    hidden, output = weights.hidden.T, weights.output[0]
+    return lambda q: (
+        np.tanh(q[..., inputs] @ hidden + weights.hidden_biases) @ output + weights.output_biases[0]
+    )
+
+
+def _feed_forward(view: View, neurons: int, q: Tensor, random: torch.Generator) -> Network:
+    values = 1 + torch.rand(len(q), generator=random, dtype=torch.float64)
+    return FeedForward.untrained(view, neurons, q, values, random)
+
+
+def _radial_basis(view: View, neurons: int, random: torch.Generator) -> Network:
+    centres = torch.rand(neurons, view.width, generator=random, dtype=torch.float64)
+    weights = torch.rand(neurons, generator=random, dtype=torch.float64)
+    arrays = {"centres": centres, "output_weights": weights, "input_scale": torch.ones(view.width).double()}
+    return RadialBasis(view, {**arrays, "spread": 1.0, "output_bias": 1.0})
+
+
+def _calling(function: Function, q: Any) -> Callable[[], object]:
+    return lambda: function(q)
+
+
+def _looping(function: Function, rows: Any) -> Callable[[], object]:
+    return lambda: [float(function(row)) for row in rows]
+
+
+def _in_c_one_by_one(side: Side, q: Tensor) -> Callable[[], object]:
+    """Return how a loop in C calls the function for one configuration."""
+    run = compiled_library(_LOOP).one_by_one
+    pointer, size = ctypes.c_void_p, ctypes.c_size_t
+    run.argtypes = [pointer, pointer, size, size, pointer]
+    function = ctypes.cast(getattr(compiled_library(side.source), side.function), pointer)
+    values = q.new_empty(len(q))
+
+    def compute() -> Tensor:
+        run(function, q.data_ptr(), len(q), q.shape[1], values.data_ptr())
+        return values
+
+    return compute
+
+
+_LOOP = """
+#include <stddef.h>
+
+typedef int (*function)(const double *q, double *value);
+
+void one_by_one(function f, const double *q, size_t count, size_t joints, double *values);
+void one_by_one(function f, const double *q, size_t count, size_t joints, double *values)
+{
+  for (size_t i = 0; i < count; ++i)
+    f(q + i*joints, values + i);
+}
+"""
