@@ -94,7 +94,8 @@ def test_chapter_ends_with_its_provenance(browser: Browser, served_root: str, pa
 def _public_modules() -> list[str]:
     """Name all modules of the library: of `codegen` and `scenes` the public face."""
     names = [found.name for found in pkgutil.walk_packages(dexterity.__path__, f"{dexterity.__name__}.")]
-    return [dexterity.__name__, *(name for name in names if not re.match(r"dexterity\.(codegen|scenes)\.", name))]
+    inner = re.compile(r"dexterity\.(codegen|scenes)\.")
+    return [dexterity.__name__, *(name for name in names if not inner.match(name))]
 
 
 # meshcat imports a part of zmq that is no longer needed.
