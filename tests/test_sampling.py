@@ -370,8 +370,8 @@ def test_what_a_space_varies_is_what_the_index_depends_on(name):
 
 
 def test_settings_are_those_of_the_paper():
-    claims = tomllib.loads(store.data_path("papers", "sotiropoulos2016.toml").read_text())["claims"]
-    printed = {claim["id"]: claim.get("value") for claim in claims}
+    settings = tomllib.loads(store.data_path("papers", "sotiropoulos2016", "settings.toml").read_text())
+    printed = {setting["id"]: setting.get("value") for setting in settings["settings"]}
     low, high = (math.radians(x) for x in printed["joint-range"])
     for space in (W_SPACE, KCI_SPACE):
         box = getattr(space, "rest", space)

@@ -139,7 +139,7 @@ class Judge:
             claim=claim,
             outcome=_outcome(chosen, run, admissible),
             ours=ours or _written(entry, values, form, unit),
-            spread="" if entry.rule == "cases" else _over(_by_reading(entry, values)["chosen"]),
+            spread="" if entry.rule == "cases" else _over(entry, values),
             sentence=note,
             readings=_share(run, admissible),
             flips=tuple(name for name, grade in run.items() if grade.holds != chosen.holds),
@@ -328,7 +328,9 @@ def _written(claim: Claim, values: Any, form: str, unit: str) -> str:
     return ", ".join(with_range(part, form) for part in parts) + (f" {unit}" if unit else "")
 
 
-def _over(values: Any) -> str:
-    first = values[0] if isinstance(values, list) else values
-    count = np.size(first)
-    return f"over {count} seeds" if count > 1 else ""
+def _over(claim: Claim, values: Any) -> str:
+    chosen = _by_reading(claim, values)["chosen"]
+    count = np.size(chosen[0] if isinstance(chosen, list) else chosen)
+    # An order may be judged by all pairs of seeds; a series has one value for each seed.
+    what = "comparisons" if claim.rule == "order" and not isinstance(values, pd.Series) else "seeds"
+    return f"over {count} {what}" if count > 1 else ""

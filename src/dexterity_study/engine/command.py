@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import joblib
 import pytask
 from pytask import ExitCode
 
@@ -81,22 +82,37 @@ def _stale(part: str) -> int:
 
 
 def _accept(part: str, reason: str) -> int:
-    refused = False
-    for experiment in _experiments(part):
-        stale = out_of_date(list(tasks_of(experiment)))
-        if not stale:
-            continue
-        wrong = [*_unstored(experiment), *runs.missed(experiment)]
+    stale = out_of_date(_tasks(part))
+    asked = [one for one in _experiments(part) if any(task.name in stale for task in tasks_of(one))]
+    accepted = []
+    for experiment, missed, _ in _probed(asked):
+        wrong = [*_unstored(experiment), *missed]
         sys.stdout.write("".join(f"{line}\n" for line in wrong))
+        state = "is not accepted" if wrong else "is accepted"
+        sys.stdout.write(f"{experiment.chapter}.{experiment.name} {state}\n")
+        sys.stdout.flush()
         if not wrong:
+            accepted.append(experiment)
             for reading, seed in evidence.runs(experiment):
                 if why := stale.get(task_name(experiment, reading, seed)):
                     card.accept(evidence.files(experiment, reading, seed).card, reason, list(why))
-            _lock(f"{experiment.chapter}.{experiment.name}[")
-        state = "is not accepted" if wrong else "is accepted"
-        sys.stdout.write(f"{experiment.chapter}.{experiment.name} {state}\n")
-        refused |= bool(wrong)
-    return 1 if refused else 0
+    if accepted:
+        _lock(" or ".join(f"{one.chapter}.{one.name}[" for one in accepted))
+    return 1 if len(accepted) < len(asked) else 0
+
+
+def _probed(experiments: list[Experiment]) -> Iterator[tuple[Experiment, list[str], float]]:
+    """Repeat probes side by side; yield what each misses, and how long it took."""
+    jobs = (joblib.delayed(_missed)(one.chapter, one.name) for one in experiments)
+    answers = joblib.Parallel(n_jobs=-1, return_as="generator")(jobs)
+    for experiment, (missed, seconds) in zip(experiments, answers, strict=True):
+        yield experiment, missed, seconds
+
+
+def _missed(chapter: str, name: str) -> tuple[list[str], float]:
+    started = time.perf_counter()
+    missed = list(runs.missed(evidence.experiments(chapter)[name]))
+    return missed, time.perf_counter() - started
 
 
 def _unstored(experiment: Experiment) -> Iterator[str]:
@@ -116,14 +132,11 @@ def _lock(expression: str) -> None:
 
 def _probe(part: str) -> int:
     failed = False
-    for experiment in _experiments(part):
-        started = time.perf_counter()
-        wrong = list(runs.missed(experiment))
-        failed |= bool(wrong)
-        state = "is missed" if wrong else "comes out as stored"
-        took = time.perf_counter() - started
-        sys.stdout.write("".join(f"{line}\n" for line in wrong))
-        sys.stdout.write(f"probe of {experiment.chapter}.{experiment.name} {state} ({took:.1f} s)\n")
+    for experiment, missed, seconds in _probed(_experiments(part)):
+        failed |= bool(missed)
+        state = "is missed" if missed else "comes out as stored"
+        sys.stdout.write("".join(f"{line}\n" for line in missed))
+        sys.stdout.write(f"probe of {experiment.chapter}.{experiment.name} {state} ({seconds:.1f} s)\n")
         sys.stdout.flush()
     return 1 if failed else 0
 
