@@ -117,7 +117,8 @@ def _missed(chapter: str, name: str) -> tuple[list[str], float]:
 
 def _unstored(experiment: Experiment) -> Iterator[str]:
     for reading, seed in evidence.runs(experiment):
-        if not evidence.files(experiment, reading, seed).rows.is_file():
+        place = evidence.files(experiment, reading, seed)
+        if not (place.rows.is_file() and place.card.is_file()):
             yield f"{task_name(experiment, reading, seed)} has never run: make evidence"
 
 
