@@ -1,6 +1,7 @@
 """Executed notebooks that the pages offer: one for each page with code, and all of them in one archive."""
 
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 
 import nbformat
 import pytest
@@ -46,7 +47,10 @@ def test_downloaded_notebook_runs_as_it_is(browser: Browser, served_root: str, p
             visited.page.locator(".btn-download-notebook-button").click()
         text = download.value.path().read_bytes()
     assert text == _notebook(page)
-    Execution(nbformat.reads(text.decode(), as_version=4), hung_after=600).run()
+    execution = Execution(nbformat.reads(text.decode(), as_version=4), hung_after=600)
+    # In a thread, because the browser's loop runs in this one.
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(execution.run).result()
 
 
 def _notebook(page: str) -> bytes:

@@ -310,7 +310,7 @@ def _share(run: Mapping[str, Grade], admissible: set[str]) -> str:
     if len(admissible) == 0:
         return ""
     holds = sum(grade.holds for grade in run.values())
-    return f"holds in {holds} of {len(run)} readings run; {len({'chosen'} | admissible | run.keys())} are admissible"
+    return f"Holds in {holds} of {len(run)} readings run; {len({'chosen'} | admissible | run.keys())} are admissible"
 
 
 # ---- words -----------------------------------------------------------------------------------------

@@ -163,7 +163,7 @@ def _claim_table(
 
 
 def _claim_cells(claim: Claim, verdict: Verdict) -> list[Cell]:
-    flips = f"flipped by {', '.join(verdict.flips)}" if verdict.flips else ""
+    flips = f"Flipped by {', '.join(verdict.flips)}" if verdict.flips else ""
     note = ". ".join(filter(None, [verdict.sentence.rstrip("."), verdict.readings, flips]))
     return [
         Cell(claim.says, claim.where),

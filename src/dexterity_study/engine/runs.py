@@ -13,6 +13,7 @@ import torch
 from dexterity import store
 from dexterity_study.engine import card, evidence, sources
 from dexterity_study.engine.experiment import Experiment
+from dexterity_study.engine.reads import data_files_read
 from dexterity_study.engine.table import summaries, to_csv, to_npz
 
 
@@ -70,12 +71,20 @@ def smoke_rows(experiment: Experiment) -> str:
 
 
 def missed(experiment: Experiment) -> Iterator[str]:
-    """Repeat the probe of an experiment and yield a line for each number that does not come out as stored."""
+    """Repeat the probe of an experiment and yield a line for each number that does not come out as stored.
+
+    So it does for each data file that is read and that the experiment does not name.
+    """
     file = evidence.probe_file(experiment)
     if not file.is_file():
         yield f"{experiment.chapter}.{experiment.name}: there is no stored probe"
         return
-    stored, now = _numbers(file.read_text(encoding="utf-8")), _numbers(smoke_rows(experiment))
+    with data_files_read() as opened:
+        rows = smoke_rows(experiment)
+    for name in sorted(opened):
+        if not any(name == own or name.startswith(f"{own}/") for own in experiment.data):
+            yield f"{experiment.chapter}.{experiment.name} reads {name}, which it does not name"
+    stored, now = _numbers(file.read_text(encoding="utf-8")), _numbers(rows)
     for place in dict.fromkeys([*stored, *now]):
         one, other = stored.get(place), now.get(place)
         if not _agree(one, other, experiment, metric=place[-1]):

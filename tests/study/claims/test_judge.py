@@ -137,14 +137,14 @@ def test_nothing_is_contradicted_while_an_admissible_reading_has_not_run(verdict
     assert verdict(entry, [False], [assumption("two")]).outcome == Outcome.NOT_REPRODUCED
     both = verdict(entry, series(chosen=[False], step_two=[False]), [assumption("two")])
     assert both.outcome == Outcome.CONTRADICTED
-    assert both.readings == "holds in 0 of 2 readings run; 2 are admissible"
+    assert both.readings == "Holds in 0 of 2 readings run; 2 are admissible"
 
 
 def test_readings_that_disagree_leave_a_claim_underspecified_and_are_named(verdict):
     judged = verdict(claim("share"), series(chosen=[True], step_two=[False]), [assumption("two", "three")])
     assert judged.outcome == Outcome.UNDERSPECIFIED
     assert judged.flips == ("step=two",)
-    assert judged.readings == "holds in 1 of 2 readings run; 3 are admissible"
+    assert judged.readings == "Holds in 1 of 2 readings run; 3 are admissible"
 
 
 def test_a_value_chosen_because_it_fits_is_no_evidence(verdict):

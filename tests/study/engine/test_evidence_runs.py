@@ -59,6 +59,16 @@ def test_what_is_used_makes_stale_what_uses_it_and_the_file_is_the_reason(built)
         assert set(map(tuple, answer.values())) == {(f"{file}: changed",)}
 
 
+def test_a_probe_tells_of_data_files_that_are_read_and_not_named(built):
+    assert built.run("probe", "uvms.tiny.errors")[0] == 0
+    file = f"{TINY}/experiment.py"
+    built.edit(file, '"robots/uvms.toml"', '"tasks.toml"')
+    code, printed = built.run("probe", "uvms.tiny.errors")
+    built.edit(file, '"tasks.toml"', '"robots/uvms.toml"')
+    assert code == 1
+    assert "uvms.tiny.errors reads robots/uvms.toml, which it does not name" in printed
+
+
 def test_acceptance_repeats_the_probe_and_leaves_its_reason_on_the_card(tmp_path, built):
     file = f"{TINY}/sampler.py"
     built.edit(file, "random.Random(seed).random()", "(random.Random(seed).random() + 0.0)")

@@ -1,6 +1,4 @@
-"""Declaration of experiments, and the generic promises that every experiment of the study makes."""
-
-from pathlib import Path
+"""Declaration of experiments, and what every one of the study has to declare rightly."""
 
 import pytest
 
@@ -51,29 +49,3 @@ def test_the_declared_readings_and_data_files_exist(chapter, name):
         assert declared.reading(reading).only(*declared.assumes).keys() == set(declared.assumes)
     for file in declared.data:
         assert store.data_path(*file.split("/")).exists()
-
-
-@pytest.mark.parametrize("chapter", evidence.chapters())
-def test_experiments_read_no_data_file_that_they_do_not_name(chapter, monkeypatch):
-    opened: list[Path] = []
-    original = Path.open
-
-    def spy(self, *args, **kwargs):
-        opened.append(self)
-        return original(self, *args, **kwargs)
-
-    for declared in evidence.experiments(chapter).values():
-        if declared.timed:
-            continue
-        opened.clear()
-        monkeypatch.setattr(Path, "open", spy)
-        declared.probe()
-        monkeypatch.undo()
-        data = store.data_path()
-        read = {path.relative_to(data).as_posix() for path in opened if path.is_relative_to(data)}
-        # Values of assumptions are parameters of the task.
-        read -= {name for name in read if name.startswith("papers/")}
-        named = {
-            name for name in read if any(name == own or name.startswith(f"{own}/") for own in declared.data)
-        }
-        assert read == named, f"{declared.name} reads {sorted(read - named)}"

@@ -124,7 +124,8 @@ def _on_statements(on: Judge, evidence: Evidence, counts: Counts) -> Iterator[Ve
         "Cases: operations of the printed networks against the reduced exact indices, "
         f"{reduced['w']} (w) and {reduced['KCI']} (KCI). Against an exact index that is written out all networks win. The "
         + "; ".join(
-            f"{title} network has {own} ({factors[title]:.1f} times fewer)" for title, own in networks.items()
+            f"{title} network has {own} ({1 / factors[title]:.1f} times as many)"
+            for title, own in networks.items()
         )
         + ".",
     )
