@@ -32,7 +32,8 @@ def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
     named = not isinstance(frame.index, pd.RangeIndex)
     if frame.index.nlevels == frame.columns.nlevels == 1:
         # The name of the rows heads their column, instead of a line of its own.
-        frame = frame.rename_axis(index=None, columns=frame.index.name)
+        name = frame.index.name
+        frame = frame.rename_axis(index=None).rename_axis(columns=None if name is None else str(name))
     written = frame.to_html(float_format=form.format, na_rep="–", index=named, border=0, justify="start")
     unbroken = _RANGE.sub(r'<span class="range">\g<0></span>', written)
     return Markup(element("div", unbroken, css_class="table-scroll"))
