@@ -122,9 +122,8 @@ class Judge:
             Our value as a text, where the values are not what is to be read.
         """
         entry = self.paper.claim(claim)
-        grades = {
-            reading: _RULES[entry.rule](entry, own) for reading, own in _by_reading(entry, values).items()
-        }
+        by_reading = _by_reading(entry, values)
+        grades = {reading: _RULES[entry.rule](entry, own) for reading, own in by_reading.items()}
         chosen = grades.get("chosen")
         if chosen is None:
             raise ValueError(f"claim {claim} has no value for the chosen reading; it has {list(grades)}")
@@ -138,8 +137,8 @@ class Judge:
             paper=self.paper.key,
             claim=claim,
             outcome=_outcome(chosen, run, admissible),
-            ours=ours or _written(entry, values, form, unit),
-            spread="" if entry.rule == "cases" else _over(entry, values),
+            ours=ours or _written(entry, values, by_reading["chosen"], form, unit),
+            spread="" if entry.rule == "cases" else _over(entry, values, by_reading["chosen"]),
             sentence=note,
             readings=_share(run, admissible),
             flips=tuple(name for name, grade in run.items() if grade.holds != chosen.holds),
@@ -316,8 +315,7 @@ def _share(run: Mapping[str, Grade], admissible: set[str]) -> str:
 # ---- words -----------------------------------------------------------------------------------------
 
 
-def _written(claim: Claim, values: Any, form: str, unit: str) -> str:
-    chosen = _by_reading(claim, values)["chosen"]
+def _written(claim: Claim, values: Any, chosen: Any, form: str, unit: str) -> str:
     if claim.rule == "cases" and isinstance(values, Mapping):
         return ", ".join(f"{case}: {'yes' if holds else 'no'}" for case, holds in values.items())
     if claim.rule in ("share", "order", "cases"):
@@ -328,8 +326,7 @@ def _written(claim: Claim, values: Any, form: str, unit: str) -> str:
     return ", ".join(with_range(part, form) for part in parts) + (f" {unit}" if unit else "")
 
 
-def _over(claim: Claim, values: Any) -> str:
-    chosen = _by_reading(claim, values)["chosen"]
+def _over(claim: Claim, values: Any, chosen: Any) -> str:
     count = np.size(chosen[0] if isinstance(chosen, list) else chosen)
     # An order may be judged by all pairs of seeds; a series has one value for each seed.
     what = "comparisons" if claim.rule == "order" and not isinstance(values, pd.Series) else "seeds"

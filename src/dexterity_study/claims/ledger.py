@@ -63,8 +63,11 @@ class _Entry:
         if self.value is None:
             return ""
         values = self.value if isinstance(self.value, tuple) else (self.value,)
-        unit = "" if self.unit in ("", "1") else f" {self.unit}"
-        return ", ".join(map(self.format, values)) + unit
+        return self.with_unit(", ".join(map(self.format, values)))
+
+    def with_unit(self, number: str) -> str:
+        """Add the unit to a written number; a plain number has none."""
+        return number if self.unit in ("", "1") else f"{number} {self.unit}"
 
     def format(self, value: float) -> str:
         """Write a number with as many decimals as the paper prints, without its unit."""

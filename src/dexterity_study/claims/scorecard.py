@@ -45,7 +45,7 @@ def faults(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> tuple[str, .
 
 def verdict_table(chapter: str) -> Markup:
     """Set the claims of a chapter with their verdicts, a table for each paper."""
-    verdicts = {(one.paper, one.claim): one for one in chapter_verdicts(chapter)}
+    verdicts = _by_claim(chapter_verdicts(chapter))
     tables = []
     for paper in load_papers():
         judged = [claim for claim in paper.claims if (paper.key, claim.id) in verdicts]
@@ -56,7 +56,7 @@ def verdict_table(chapter: str) -> Markup:
 
 def scorecard() -> Markup:
     """Set all claims of the papers with their verdicts, under a line that counts them."""
-    verdicts = {(one.paper, one.claim): one for one in all_verdicts()}
+    verdicts = _by_claim(all_verdicts())
     parts = [
         _count_line(paper, verdicts) + _claim_table(paper, paper.claims, verdicts) for paper in load_papers()
     ]
@@ -82,7 +82,7 @@ def summary() -> Markup:
 
 def headlines() -> Markup:
     """Set the headline claims of each paper with their verdicts."""
-    verdicts = {(one.paper, one.claim): one for one in all_verdicts()}
+    verdicts = _by_claim(all_verdicts())
     parts = (
         _claim_table(paper, map(paper.claim, paper.headlines), verdicts, "headline")
         for paper in load_papers()
@@ -108,7 +108,7 @@ def own_thresholds() -> Markup:
     rows = {
         f"near-{claim.id}": [
             Cell(claim.says, f"Paper {paper.letter}, {claim.where}"),
-            Cell(f"{claim.near.within:g} {claim.unit}".rstrip(" 1")),
+            Cell(claim.with_unit(f"{claim.near.within:g}")),
             Cell(claim.near.why, claim.near.set.isoformat()),
         ]
         for paper in load_papers()
@@ -118,14 +118,13 @@ def own_thresholds() -> Markup:
     return Markup(table("Thresholds of their own", ("Claim", "In shape within", "Reason"), rows))
 
 
-def settings_table(papers: Iterable[Paper], chapter: str | None = None) -> Markup:
-    """Set what the authors chose, a table for each paper; of one chapter if it is named."""
+def settings_table() -> Markup:
+    """Set what the authors chose, a table for each paper."""
     tables = []
-    for paper in papers:
+    for paper in load_papers():
         rows = {
             f"setting-{one.id}": [Cell(one.says, one.where), Cell(one.printed), Cell(one.note)]
             for one in paper.settings
-            if chapter in (None, one.chapter)
         }
         if rows:
             caption = f"Paper {paper.letter}: what the authors chose"
@@ -153,6 +152,10 @@ def _assumption_cells(one: Assumption) -> list[Cell]:
         Cell(one.why, f"set on {one.set.isoformat()}, {one.relative} the results"),
         Cell(others or "–"),
     ]
+
+
+def _by_claim(verdicts: Iterable[Verdict]) -> dict[tuple[str, str], Verdict]:
+    return {(one.paper, one.claim): one for one in verdicts}
 
 
 def _claim_table(

@@ -35,3 +35,15 @@ def test_chapters_scorecard_and_summary_show_the_same_verdicts():
         assert own.items() <= whole.items()
     cells = re.findall(r"<td[^>]*>(\d+)</td>", scorecard.summary().html)
     assert sum(map(int, cells)) == len(whole) == len(scorecard.all_verdicts())
+
+
+def test_a_threshold_is_shown_with_its_digits_and_its_unit():
+    html = scorecard.own_thresholds().html
+    near = [claim for paper in load_papers() for claim in paper.claims if claim.near is not None]
+    assert near
+    for claim in near:
+        row = re.search(rf'id="near-{claim.id}".*?<td[^>]*>([^<]*)</td>', html, flags=re.S)
+        assert row is not None
+        number, _, unit = row[1].partition(" ")
+        assert float(number) == claim.near.within
+        assert unit == ("" if claim.unit == "1" else claim.unit)
