@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +26,10 @@ from dexterity_study.engine.tasks import EvidenceTask, task_name, tasks_of
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code is 0 if nothing is wrong or, for `stale`, out of date."""
     parser = argparse.ArgumentParser(prog="python -m dexterity_study.engine.command", description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True)
-    for name, says in _COMMANDS.items():
+    commands = parser.add_subparsers(required=True, metavar="command")
+    for name, (run, says) in _COMMANDS.items():
         command = commands.add_parser(name, help=says)
+        command.set_defaults(run=run)
         command.add_argument(
             "part", nargs="?", default="", help="a part, chapter or experiment: uvms, uvms.cost, …"
         )
@@ -39,17 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             command.add_argument("--scheduler", default="", help="address of a dask scheduler")
             command.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = vars(parser.parse_args(arguments))
-    options["part"] = options["part"].replace("/", ".")
-    return globals()[f"_{options.pop('command')}"](**options)
-
-
-_COMMANDS = {
-    "evidence": "run what is out of date and store it",
-    "stale": "list what is out of date, and why",
-    "accept": "repeat the probes, and accept runs although files have changed since",
-    "probe": "repeat the probes and compare them with the stored ones",
-    "smoke": "run experiments at smoke effort, into _build/evidence",
-}
+    run, part = options.pop("run"), options.pop("part").replace("/", ".")
+    return run(part, **options)
 
 
 def _evidence(part: str, backend: str, scheduler: str, workers: int) -> int:
@@ -153,6 +145,15 @@ def _smoke(part: str) -> int:
             f"{experiment.chapter}.{experiment.name}: {took:.1f} s, {file.relative_to(_root())}\n"
         )
     return 0
+
+
+_COMMANDS: Mapping[str, tuple[Callable[..., int], str]] = {
+    "evidence": (_evidence, "run what is out of date and store it"),
+    "stale": (_stale, "list what is out of date, and why"),
+    "accept": (_accept, "repeat the probes, and accept runs although files have changed since"),
+    "probe": (_probe, "repeat the probes and compare them with the stored ones"),
+    "smoke": (_smoke, "run experiments at smoke effort, into _build/evidence"),
+}
 
 
 # ---- tasks and sessions ----------------------------------------------------------------------------

@@ -9,8 +9,10 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.util
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 import grimp
 
@@ -21,7 +23,8 @@ _ENGINE = "dexterity_study.engine"
 _PACKAGES = {module.__name__: Path(module.__file__ or "").parent for module in (dexterity, dexterity_study)}
 
 
-def closure(module: str) -> dict[str, Path]:
+@cache
+def closure(module: str) -> Mapping[str, Path]:
     """Return the files of a module and of everything that it imports from the two packages, by module name.
 
     Raises
@@ -33,7 +36,7 @@ def closure(module: str) -> dict[str, Path]:
     if module not in graph.modules:
         raise ValueError(f"there is no module {module!r} in {', '.join(_PACKAGES)}")
     names = {module, *graph.find_upstream_modules(module)}
-    return {name: _file(name) for name in sorted(names) if _is_counted(name)}
+    return MappingProxyType({name: _file(name) for name in sorted(names) if _is_counted(name)})
 
 
 def imported_distributions(module: str) -> set[str]:

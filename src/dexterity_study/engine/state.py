@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pytask import PathNode, PNode
+from pytask import PNode
 
 from dexterity import store
 from dexterity_study.engine.experiment import Experiment
@@ -43,7 +43,7 @@ def changed_since(experiment: Experiment) -> tuple[str, ...]:
 
 
 def _compared(recorded: dict[str, str], nodes: Any) -> Iterator[tuple[str, str | None, str | None]]:
-    present = {_place(node): node.state() for node in _leaves(nodes)}
+    present = {node.name: node.state() for node in _leaves(nodes)}
     for place in [*present, *(recorded.keys() - present.keys())]:
         yield place, present.get(place), recorded.get(place)
 
@@ -54,13 +54,6 @@ def _leaves(nodes: Any) -> Iterator[PNode]:
             yield from _leaves(node)
         else:
             yield node
-
-
-def _place(node: PNode) -> str:
-    root = store.repository()
-    if isinstance(node, PathNode) and root is not None:
-        return Path(str(node.path)).relative_to(root).as_posix()
-    return node.name
 
 
 def _lock() -> dict[str, dict[str, Any]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import matplotlib as mpl
@@ -11,19 +9,7 @@ from cycler import cycler
 from IPython import get_ipython
 from matplotlib_inline.config import InlineBackend
 
-COLORS: Mapping[str, str] = MappingProxyType(
-    {
-        "black": "#000000",
-        "orange": "#E69F00",
-        "sky blue": "#56B4E9",
-        "bluish green": "#009E73",
-        "yellow": "#F0E442",
-        "blue": "#0072B2",
-        "vermillion": "#D55E00",
-        "reddish purple": "#CC79A7",
-    }
-)
-"""The eight colours of Okabe & Ito (2008), which stay apart in every common colour blindness."""
+from dexterity.scenes.colors import COLORS
 
 
 def style() -> None:

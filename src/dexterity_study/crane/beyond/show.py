@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 
 from dexterity import crane
 from dexterity.crane import positioning
+from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.crane.beyond.experiment import COROTATIONAL
 from dexterity_study.crane.beyond.verdicts import loop, times
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 

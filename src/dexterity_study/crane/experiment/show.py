@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from dexterity.scenes.colors import COLORS
 from dexterity_study.crane.experiment import experiment
 from dexterity_study.crane.experiment.verdicts import ROWS, errors_of, layout
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show, with_range
 

@@ -17,11 +17,11 @@ from dexterity import crane
 from dexterity.crane.description import Point
 from dexterity.crane.kinematics import turned
 from dexterity.scenes import Body, Scene, Slider
+from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.crane.kinematics.experiment import BOX, circles, direction, fold_curves
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 

@@ -14,11 +14,11 @@ from torch import Tensor
 from dexterity import crane
 from dexterity.crane.shape import PARTS, bars
 from dexterity.scenes import Scene
+from dexterity.scenes.colors import COLORS
 from dexterity_study.crane.structure.experiment import BOX, NAMED, STATISTICS, TARGETS, UNTUNED, named
 from dexterity_study.crane.structure.verdicts import nearest_swap, printed, statistics_of
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 

@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity import docking, robots, scenes
+from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.docking.area.experiment import ANGLES, COMPARED
 from dexterity_study.docking.area.verdicts import matches
@@ -14,7 +15,6 @@ from dexterity_study.docking.cases import ARMS, CORNERS, configuration_at, print
 from dexterity_study.docking.inverse_kinematics.show import PALETTE
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dexterity import docking
+from dexterity import docking, robots
 from dexterity.docking import DockingProblem
+from dexterity.scenes.colors import COLORS
+from dexterity.search import ZoomOptions
 from dexterity_study.docking.beyond.experiment import genetic
 from dexterity_study.docking.beyond.verdicts import shares
 from dexterity_study.docking.cases import CASES, arm_of
 from dexterity_study.docking.search.show import LABELS, STYLES, written
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show, with_range
 
@@ -89,3 +92,15 @@ def optimum(stored: Evidence, face: str) -> Markup:
     }
     names = [f"{LABELS[one]}, tilt to {tilt} rad" if hovers else LABELS[one] for one, _, tilt in best.index]
     return show(pd.DataFrame(table).set_axis(names), "{:.4f}")
+
+
+def room_to_turn(yaws: Sequence[float]) -> Markup:
+    """Search the best pose of the fitted arm before a wall, with more and more room to turn [rad]."""
+    options = ZoomOptions(starts=2, stages=60, shrink=0.8)
+    rows = {}
+    for yaw in yaws:
+        arm = robots.docking_arm("fitted")
+        problem = DockingProblem(arm, region="or", face="side", yaw=(-yaw, yaw), distance_weight=0.0)
+        best = docking.global_docking(problem, [0.1, 0.1, 0.1, 0.2], options)
+        rows[f"yaw to {yaw} rad"] = {"M_a [m³]": best.area_manipulability, "ψ [rad]": best.pose[3].item()}
+    return show(pd.DataFrame.from_dict(rows, orient="index"))

@@ -11,9 +11,9 @@ from torch import Tensor
 from dexterity import scenes
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics import spherical_wrist
+from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 
@@ -51,6 +51,11 @@ def counts(stored: Evidence) -> Markup:
     for of, title in (("branches", "all"), ("within", "within limits")):
         parts[title] = rows.filter(regex=f"^{of}_").rename(columns=lambda name: name[-1]).dropna()
     return show(pd.concat(parts, names=["branches"]))
+
+
+def joint_table(chain: Chain, q: Tensor) -> Markup:
+    """Set configurations (m, n) [rad], a row for each."""
+    return show(pd.DataFrame(q, columns=chain.joint_names), "{:.2f}")
 
 
 def border(live: Table) -> Figure:

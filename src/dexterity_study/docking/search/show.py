@@ -16,13 +16,13 @@ from dexterity import docking, robots
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
 from dexterity.scenes import Scene
+from dexterity.scenes.colors import COLORS
 from dexterity.search import GeneticSearch
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.docking.cases import CASES, CORNERS, arm_of, configuration_at
 from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES, genetic, with_vehicle
 from dexterity_study.docking.search.verdicts import found, optima
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, with_range
 

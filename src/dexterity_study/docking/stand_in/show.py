@@ -6,12 +6,12 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
+from dexterity.scenes.colors import COLORS
 from dexterity.timing import Timing, ratio
 from dexterity_study.docking.cases import ARMS
 from dexterity_study.docking.stand_in.experiment import FIRST
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, with_range
 

@@ -163,9 +163,14 @@ def ladder(
         for own in timing.measure(ways, rounds, seconds):
             deviation = _largest(values[own.name][: len(first)] / first - 1)
             yield {
-                "index": name, "way": own.name, "configurations": own.configurations, "deviation": deviation,
-                "lower": own.lower, "median": own.median, "upper": own.upper,
-            }  # fmt: skip
+                "index": name,
+                "way": own.name,
+                "configurations": own.configurations,
+                "deviation": deviation,
+                "lower": own.lower,
+                "median": own.median,
+                "upper": own.upper,
+            }
 
 
 # ---- the Jacobian, written out ---------------------------------------------------------------------

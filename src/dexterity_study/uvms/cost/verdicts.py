@@ -81,9 +81,11 @@ def _on_statements(on: Judge, evidence: Evidence, counts: Counts) -> Iterator[Ve
         yield on(claim, 0.0 if algebra["euler"] else 1.0, "An identity; sympy finds no difference.", ours="–")
     per_call = [counts("sine", "exponentials", kind) for kind in ("multiplications", "additions")]
     yield _counted(
-        on, "sine-costs-four", per_call,
+        on,
+        "sine-costs-four",
+        per_call,
         "Two exponentials, one sum and one quotient; the multiplication by i and the divisor are free.",
-    )  # fmt: skip
+    )
     written, shared = counts("Jacobian", "written out"), counts("Jacobian", "written out, terms shared")
     yield on(
         "jacobian-is-expensive",

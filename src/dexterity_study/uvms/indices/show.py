@@ -11,9 +11,9 @@ from torch import Tensor
 
 from dexterity import robots, scenes
 from dexterity.indices import Ellipsoid, Index, force_ellipsoid, normalise, velocity_ellipsoid
+from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, with_range
 from dexterity_study.uvms.indices.experiment import FRAMES, MOTIONS, ONES, VEHICLE_LOCKED, configurations_of

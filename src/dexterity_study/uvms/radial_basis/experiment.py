@@ -113,8 +113,12 @@ def growth(
 @experiment(
     seeds=10,
     readings=(
-        "spread-steps=0.05", "spread-steps=0.25", "spread-steps=0.5", "spread-steps=1",
-        "radial-basis-neuron-limit=100", "radial-basis-neuron-limit=200",
+        "spread-steps=0.05",
+        "spread-steps=0.25",
+        "spread-steps=0.5",
+        "spread-steps=1",
+        "radial-basis-neuron-limit=100",
+        "radial-basis-neuron-limit=200",
         "radial-basis-input-scaling=degrees",
     ),
     reading_seeds=3,
@@ -123,7 +127,7 @@ def growth(
     rtol=1e-4,
     **PAPER,
     **OF_DATA,
-)  # fmt: skip
+)
 def loop(seed: int, reading: Mapping[str, Any], **sizes: Any) -> Iterator[dict[str, Any]]:
     """The printed design loop for w, and a network of the same size with centres at random training inputs."""
     own = problem("w", seed, **sizes)

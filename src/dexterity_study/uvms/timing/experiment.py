@@ -122,11 +122,16 @@ class Contest:
         self._jacobians = Jacobians(SymbolicChain.from_description(robots.describe("uvms")))
         self._measure = MEASURES[index.name]
         exact = Side(
-            EXACT, 0, index.bind(chain), lambda q: self._measure(self.jacobian(q)),
-            lambda q: self._measure(self._jacobians.at_once(q)), symbolic.compile_index(chain, index, "torch"),
-            symbolic.compile_index(chain, index, "c"), symbolic.cached_c_source(chain, index),
+            EXACT,
+            0,
+            index.bind(chain),
+            lambda q: self._measure(self.jacobian(q)),
+            lambda q: self._measure(self._jacobians.at_once(q)),
+            symbolic.compile_index(chain, index, "torch"),
+            symbolic.compile_index(chain, index, "c"),
+            symbolic.cached_c_source(chain, index),
             function_name(chain.name, index.name),
-        )  # fmt: skip
+        )
         view = View(chain.joints, sampling.relevant_joints(chain, index))
         begin = f"uvms-{index.name.replace('_', '-')}-"
         self.sides = (

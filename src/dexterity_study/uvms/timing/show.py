@@ -7,9 +7,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity.networks import export, load_shipped
+from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 from dexterity_study.uvms.cost.experiment import INDICES
@@ -61,9 +61,14 @@ def speed_up(stored: Evidence, live: Table) -> Figure:
             ):
                 own = advantages(timings(table.where(index=index)))
                 ax.plot(
-                    [rung[kind].value for rung in own.values()], range(len(own)), marker, ms=size,
-                    fillstyle=fill, label=f"{kind}, {run}", **style,
-                )  # fmt: skip
+                    [rung[kind].value for rung in own.values()],
+                    range(len(own)),
+                    marker,
+                    ms=size,
+                    fillstyle=fill,
+                    label=f"{kind}, {run}",
+                    **style,
+                )
             ax.plot(PRINTED_RATIOS[kind], 0, "D", ms=11, fillstyle="none", label=f"{kind}, paper", **style)
         ax.axvline(1, color="black", lw=1)
         ax.set(xscale="log", title=index, yticks=range(len(own)), yticklabels=[rung for _, rung in own])

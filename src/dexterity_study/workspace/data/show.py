@@ -11,11 +11,11 @@ import torch
 from matplotlib.figure import Figure
 
 from dexterity import workspace
+from dexterity.scenes.colors import COLORS
 from dexterity.workspace import dataset
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 from dexterity_study.workspace.data import verdicts

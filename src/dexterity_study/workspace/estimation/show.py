@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.workspace.estimation import experiment as ways

@@ -6,10 +6,10 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
+from dexterity.scenes.colors import COLORS
 from dexterity.timing import ratio
 from dexterity_study.claims.judge import Judge
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.figures import COLORS
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 from dexterity_study.workspace.timing import experiment as of
