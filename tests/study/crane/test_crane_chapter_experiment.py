@@ -82,6 +82,6 @@ def test_each_difference_is_drawn_alike_with_others_and_alone(evidence):
 def test_tables_and_figures_hold_all_points_ways_and_differences(evidence):
     assert show.errors(evidence, "point reached").html.count("<tr") == 7
     assert show.by_difference(evidence, "target").html.count("<tr") == 1 + len(experiment.DIFFERENCES)
-    assert show.points(evidence).html.count("<tr") == 2 + len(experiment.POINTS)
+    assert show.points(evidence).html.count("<tr") == 1 + len(experiment.POINTS)
     assert len(show.bars(evidence).axes) == 4
     assert len(show.places(evidence).axes) == 2
