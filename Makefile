@@ -41,7 +41,8 @@ help:  ## this list
 
 # ---- the environment: made once, and again when the lock or pyproject.toml changes ----
 
-PIP := $(IN)/python -m pip --disable-pip-version-check --no-input
+# Python compiles a module when it is first imported; to compile all modules of all packages takes longer.
+INSTALL := $(IN)/python -m pip --disable-pip-version-check --no-input install --no-compile --progress-bar off
 # Of pip's many lines, one for every 25 packages.
 COUNTED := awk '/^Collecting |^Requirement already/ { if (++seen % 25 == 0) print "  " seen " packages" } /^Installing coll/ { print "  installing" } { fflush() }'
 
@@ -50,13 +51,13 @@ $(BOOK_ENV): environment.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"{sys.executable} is Python {sys.version.split()[0]}; 3.11 or later is needed: make PYTHON=python3.11 ...")'
 	@echo "Setting up $(VENV) for the book (once; minutes, depending on the connection)"
 	@$(PYTHON) -m venv $(VENV)
-	@$(PIP) install --quiet --constraint environment.lock hatchling editables
-	@$(PIP) install --progress-bar off --constraint environment.lock --no-build-isolation --editable '.[book]' | $(COUNTED)
+	@$(INSTALL) --quiet --constraint environment.lock hatchling editables
+	@$(INSTALL) --constraint environment.lock --no-build-isolation --editable '.[book]' | $(COUNTED)
 	@touch $@
 
 $(FULL_ENV): $(BOOK_ENV)
 	@echo "Adding to $(VENV) what tests and checks need (once)"
-	@$(PIP) install --progress-bar off --requirement environment.lock | $(COUNTED)
+	@$(INSTALL) --requirement environment.lock | $(COUNTED)
 	@touch $@
 
 # ---- the book ----

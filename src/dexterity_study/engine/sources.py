@@ -59,7 +59,23 @@ def _fingerprint(file: Path, changed: int, size: int) -> str:  # noqa: ARG001 --
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             # A text that stands alone does nothing, be it a docstring or the description of a constant.
             node.body = [child for child in node.body if not _is_text(child)] or [ast.Pass()]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16]
+    return hashlib.sha256(_written(tree).encode()).hexdigest()[:16]
+
+
+def _written(tree: object) -> str:
+    """Write a syntax tree the same way under every version of Python, as :func:`ast.dump` of 3.11 does."""
+    if isinstance(tree, list):
+        return f"[{', '.join(map(_written, tree))}]"
+    if not isinstance(tree, ast.AST):
+        return repr(tree)
+    fields = [
+        f"{name}={_written(value)}"
+        for name, value in ast.iter_fields(tree)
+        if not (value is None and getattr(type(tree), name, ...) is None)
+        # Later versions have this field too.
+        and not (name == "type_params" and value == [])
+    ]
+    return f"{type(tree).__name__}({', '.join(fields)})"
 
 
 def _is_counted(module: str) -> bool:
