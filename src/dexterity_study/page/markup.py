@@ -1,5 +1,6 @@
 """HTML that a chapter shows: escaped, accessible, coloured by the book's style sheet and not here."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -22,6 +23,14 @@ class Cell:
     text: str
     note: str = ""
     css_class: str = ""
+
+
+_NEGATIVE_ZERO = re.compile(r"(?<!\w)-(?=0(?:\.0*)?(?![\d.]))")
+
+
+def without_negative_zeros(text: str) -> str:
+    """Drop the minus of numbers that read as zero when they are rounded."""
+    return _NEGATIVE_ZERO.sub("", text)
 
 
 def element(tag: str, content: str, **attributes: str) -> str:
@@ -81,7 +90,7 @@ def _row(columns: Sequence[str], cells: Sequence[Cell]) -> str:
 
 
 def _content(cell: Cell) -> str:
-    text = escape(cell.text)
+    text = escape(without_negative_zeros(cell.text))
     if cell.css_class:
         text = element("span", text, css_class=cell.css_class)
     return text + (element("small", escape(cell.note)) if cell.note else "")

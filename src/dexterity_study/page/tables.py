@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from dexterity_study.page.markup import Markup, element
+from dexterity_study.page.markup import Markup, element, without_negative_zeros
 
 _RANGE = re.compile(r"\([^\s()<]+–[^\s()<]+\)")
 """A range in brackets, which is not to be broken at its dash."""
@@ -35,7 +35,7 @@ def show(data: pd.DataFrame | pd.Series, form: str = "{:.3g}") -> Markup:
         name = frame.index.name
         frame = frame.rename_axis(index=None).rename_axis(columns=None if name is None else str(name))
     written = frame.to_html(float_format=form.format, na_rep="–", index=named, border=0, justify="start")
-    unbroken = _RANGE.sub(r'<span class="range">\g<0></span>', written)
+    unbroken = _RANGE.sub(r'<span class="range">\g<0></span>', without_negative_zeros(written))
     return Markup(element("div", unbroken, css_class="table-scroll"))
 
 

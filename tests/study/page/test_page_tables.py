@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from dexterity_study.page import tables
+from dexterity_study.page.markup import without_negative_zeros
 from dexterity_study.page.tables import over_seeds, with_range
 
 
@@ -41,3 +42,18 @@ def test_a_range_in_a_table_is_not_broken_at_its_dash():
 
 def test_a_dash_stands_for_what_is_no_number():
     assert "<td>–</td>" in tables.show(pd.DataFrame({"error": [1.0, math.nan]})).html
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("-0.000", "0.000"),
+        ("-0.00–0.41 m", "0.00–0.41 m"),
+        ("(-0, -0.2)", "(0, -0.2)"),
+        ("-0.", "0."),
+        ("-0.001, -1e-05, ratio-0, w-0.5", "-0.001, -1e-05, ratio-0, w-0.5"),
+    ],
+)
+def test_a_number_that_reads_as_zero_has_no_minus(text, shown):
+    assert without_negative_zeros(text) == shown
+    assert f"<td>{shown}</td>" in tables.show(pd.DataFrame({"text": [text]})).html
