@@ -26,9 +26,9 @@ class Experiment:
     Attributes
     ----------
     function
-        Takes `seed`, the values of the assumptions as `reading` if it depends on any, and keyword arguments
-        whose defaults are the full effort. Returns rows, mappings of key columns and metrics; or rows and a
-        mapping of arrays by name.
+        Takes `seed` if anything is drawn, the values of the assumptions as `reading` if it depends on any, and
+        keyword arguments whose defaults are the full effort. Returns rows, mappings of key columns and metrics;
+        or rows and a mapping of arrays by name.
     keys
         Columns that name a row within a seed, such as `("index", "spread")`; all others are metrics.
     seeds
@@ -71,7 +71,7 @@ class Experiment:
     unsteady: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        known = inspect.signature(self.function).parameters
+        known = self._parameters
         takes_more = any(one.kind is one.VAR_KEYWORD for one in known.values())
         if (unknown := self.smoke.keys() - known.keys()) and not takes_more:
             raise TypeError(f"{self.name} has no parameters {sorted(unknown)}; smoke names them")
@@ -84,6 +84,12 @@ class Experiment:
             raise TypeError(
                 f"{self.name} has the seeds {self.seeds}; different seeds are needed, at least one"
             )
+        if len(self.seeds) > 1 and "seed" not in known:
+            raise TypeError(f"{self.name} has the seeds {self.seeds} and takes no seed")
+
+    @property
+    def _parameters(self) -> Mapping[str, inspect.Parameter]:
+        return inspect.signature(self.function).parameters
 
     @property
     def name(self) -> str:
@@ -116,8 +122,10 @@ class Experiment:
         changes
             Keyword arguments that differ from the full effort.
         """
-        values = {"reading": self.reading(reading).only(*self.assumes)} if self.assumes else {}
-        made = self.function(seed=seed, **values, **changes)
+        values: dict[str, Any] = {"seed": seed} if "seed" in self._parameters else {}
+        if self.assumes:
+            values["reading"] = self.reading(reading).only(*self.assumes)
+        made = self.function(**values, **changes)
         rows, arrays = made if isinstance(made, tuple) else (made, {})
         # A live run may leave some out.
         if undeclared := set(arrays) - set(self.arrays):

@@ -36,6 +36,15 @@ def test_declarations_that_cannot_be_run_are_refused(fields, complaint):
         Experiment(rows, **fields)
 
 
+def test_what_draws_nothing_takes_no_seed():
+    def fixed(size=3):
+        yield {"error": size}
+
+    assert experiment()(fixed)(0).values("error").tolist() == [3]
+    with pytest.raises(TypeError, match="takes no seed"):
+        experiment(seeds=2)(fixed)
+
+
 def test_arrays_must_be_declared():
     declared = experiment(arrays=("a",))(lambda seed: ([], {"b": [seed]}))
     with pytest.raises(ValueError, match=r"returns the arrays \['b'\] and declares \['a'\]"):
