@@ -15,29 +15,14 @@ import torch
 from scipy.stats import kendalltau
 from torch import Tensor
 
-from dexterity import robots
-from dexterity.indices import (
-    Frame,
-    Index,
-    force_ellipsoid,
-    kinematic_conditioning,
-    manipulability,
-    normalise,
-    velocity_ellipsoid,
-)
+from dexterity import indices, robots
+from dexterity.indices import Index
 from dexterity_study.engine.experiment import experiment
 from dexterity_study.engine.table import Row
-from dexterity_study.uvms.kinematics.experiment import (
-    IN_OTHER_FRAMES,
-    OF_DATA,
-    ROUNDING,
-    changes_by_joint,
-    draws,
-    largest,
-)
+from dexterity_study.uvms.kinematics import experiment as kinematics
+from dexterity_study.uvms.kinematics.experiment import FRAMES, OF_DATA, changes_by_joint, draws, largest
 
-RANDOM = {"seeds": 10, "smoke": {"configurations": 50}, **ROUNDING}
-FRAMES: tuple[Frame, ...] = ("spatial", "body", "geometric")
+RANDOM = {"seeds": 10, "smoke": {"configurations": 50}, **kinematics.ROUNDING}
 ONES = (1.0,) * 6
 VEHICLE_LOCKED = (0.0,) * 6 + ONES
 """Joint rates of a vehicle that keeps station while its arm moves."""
@@ -80,13 +65,13 @@ def formulas(seed: int, configurations: int = 2000) -> Iterator[Row]:
     chain = robots.uvms()
     q, _ = draws(chain, seed, configurations)
     J = chain.spatial_jacobian(q)
-    w, kci = manipulability(J), kinematic_conditioning(J)
-    ellipsoid, force = velocity_ellipsoid(J), force_ellipsoid(J)
-    frames = [manipulability(getattr(chain, f"{frame}_jacobian")(q)) for frame in FRAMES]
+    w, kci = indices.manipulability(J), indices.kinematic_conditioning(J)
+    ellipsoid, force = indices.velocity_ellipsoid(J), indices.force_ellipsoid(J)
+    frames = [indices.manipulability(getattr(chain, f"{frame}_jacobian")(q)) for frame in FRAMES]
     yield {
         "determinant": largest(torch.linalg.det(J @ J.mT).sqrt() / w - 1),
         "unit_free": _change_of_units(J),
-        "w_length": _spread(manipulability(normalise(J, ONES * 2, DECIMETRES)) / w),
+        "w_length": _spread(indices.manipulability(indices.normalise(J, ONES * 2, DECIMETRES)) / w),
         "condition": largest(kci * torch.as_tensor(np.linalg.cond(J.numpy())) - 1),
         "w_frame": max(largest(in_frame / w - 1) for in_frame in frames),
         "volume": _spread(ellipsoid.volume / w),
@@ -101,14 +86,21 @@ def rankings(seed: int, configurations: int = 2000) -> Iterator[Row]:
     chain = robots.uvms()
     q, _ = draws(chain, seed, configurations)
     J, Jg = chain.spatial_jacobian(q), chain.geometric_jacobian(q)
-    w, kci, about_tool = manipulability(J), kinematic_conditioning(J), kinematic_conditioning(Jg)
-    speeds = velocity_ellipsoid(Jg, "translational").semi_axes
-    accuracy = -velocity_ellipsoid(Jg).semi_axes[:, 0]
-    in_decimetres = kinematic_conditioning(normalise(J, ONES * 2, DECIMETRES))
+    w, kci, about_tool = (
+        indices.manipulability(J),
+        indices.kinematic_conditioning(J),
+        indices.kinematic_conditioning(Jg),
+    )
+    speeds = indices.velocity_ellipsoid(Jg, "translational").semi_axes
+    accuracy = -indices.velocity_ellipsoid(Jg).semi_axes[:, 0]
+    in_decimetres = indices.kinematic_conditioning(indices.normalise(J, ONES * 2, DECIMETRES))
     pairs = {
         "KCI, spatial against geometric frame": (kci, about_tool),
         "KCI, tool rates of 1 m/s against 0.1 m/s": (kci, in_decimetres),
-        "w, unit joint limits against a slow vehicle": (w, manipulability(normalise(J, SLOW_VEHICLE, ONES))),
+        "w, unit joint limits against a slow vehicle": (
+            w,
+            indices.manipulability(indices.normalise(J, SLOW_VEHICLE, ONES)),
+        ),
         "w against the largest speed of the tool point": (w, speeds[:, 0]),
         "w against the smallest speed of the tool point": (w, speeds[:, -1]),
         "spatial KCI against accuracy of the tool": (kci, accuracy),
@@ -117,7 +109,7 @@ def rankings(seed: int, configurations: int = 2000) -> Iterator[Row]:
     yield from rank_correlations(pairs)
 
 
-@experiment(keys=("joint",), **RANDOM, **IN_OTHER_FRAMES)
+@experiment(keys=("joint",), **RANDOM, **kinematics.IN_OTHER_FRAMES)
 def changes_of_kci(seed: int, reading: Mapping[str, Any], configurations: int = 2000) -> Iterator[Row]:
     """Largest relative change of KCI when one joint alone is redrawn."""
     index = Index("kinematic_conditioning", reading["which-jacobian"])
@@ -142,17 +134,19 @@ def conditioning(seed: int, configurations: int = 2000) -> Iterator[Row]:
     }
 
 
-@experiment(keys=("motion",), arrays=("angle", "w", "kci"), smoke={"samples": 19}, **ROUNDING, **OF_DATA)
+@experiment(
+    keys=("motion",), arrays=("angle", "w", "kci"), smoke={"samples": 19}, **kinematics.ROUNDING, **OF_DATA
+)
 def motions(seed: int, samples: int = 181) -> tuple[list[Row], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
     """Measure w and the spatial KCI along motions through a singularity."""
     chain = robots.uvms()
     rows, curves = [], []
     for name, motion in MOTIONS.items():
         angles = motion.angles(samples)
-        J = normalise(chain.spatial_jacobian(motion.configurations(angles)), motion.joint_rates, ONES)
-        w, kci = manipulability(J), kinematic_conditioning(J)
+        J = indices.normalise(chain.spatial_jacobian(motion.configurations(angles)), motion.joint_rates, ONES)
+        w, kci = indices.manipulability(J), indices.kinematic_conditioning(J)
         singular = J[samples // 2]
-        left = (velocity_ellipsoid(singular).axes[:, -1] @ singular).norm()
+        left = (indices.velocity_ellipsoid(singular).axes[:, -1] @ singular).norm()
         rows.append({"motion": name, "smallest_w": w.min(), "smallest_kci": kci.min(), "speed_left": left})
         curves.append((angles, w, kci))
     return rows, dict(zip(("angle", "w", "kci"), map(np.array, zip(*curves, strict=True)), strict=True))
@@ -170,12 +164,14 @@ def _spread(ratio: Tensor) -> float:
 
 def _change_of_units(J: Tensor) -> float:
     """Return the change of w and KCI when metres become millimetres and the limits are converted too."""
-    metres = normalise(J, SLOW_VEHICLE, (0.4,) * 3 + (0.7,) * 3)
+    metres = indices.normalise(J, SLOW_VEHICLE, (0.4,) * 3 + (0.7,) * 3)
     in_millimetres = J.clone()
     in_millimetres[..., :3, 3:] *= 1000.0
     in_millimetres[..., 3:, :3] /= 1000.0
-    millimetres = normalise(in_millimetres, (500.0,) * 3 + SLOW_VEHICLE[3:], (400.0,) * 3 + (0.7,) * 3)
-    measures = (manipulability, kinematic_conditioning)
+    millimetres = indices.normalise(
+        in_millimetres, (500.0,) * 3 + SLOW_VEHICLE[3:], (400.0,) * 3 + (0.7,) * 3
+    )
+    measures = (indices.manipulability, indices.kinematic_conditioning)
     return max(largest(measure(millimetres) / measure(metres) - 1) for measure in measures)
 
 
@@ -183,6 +179,6 @@ def _outside(J: Tensor, random: torch.Generator) -> float:
     """Return by how much J u with ‖u‖ = 1 leaves the ellipsoid."""
     rates = torch.randn(len(J), J.shape[-1], generator=random, dtype=J.dtype)
     velocity = J @ (rates / rates.norm(dim=-1, keepdim=True))[..., None]
-    ellipsoid = velocity_ellipsoid(J)
+    ellipsoid = indices.velocity_ellipsoid(J)
     along_axes = (ellipsoid.axes.mT @ velocity)[..., 0] / ellipsoid.semi_axes
     return max(0.0, float(along_axes.norm(dim=-1).max()) - 1)

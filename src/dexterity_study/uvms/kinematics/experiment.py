@@ -17,7 +17,7 @@ from torch import Tensor
 
 from dexterity import robots, spatial
 from dexterity.chain import Chain
-from dexterity.indices import Index, manipulability
+from dexterity.indices import Frame, Index, manipulability
 from dexterity_study.engine.experiment import experiment
 from dexterity_study.engine.table import Row
 
@@ -32,6 +32,7 @@ IN_OTHER_FRAMES = {
     "readings": ("which-jacobian=body", "which-jacobian=geometric"),
     **PAPER,
 }
+FRAMES: tuple[Frame, ...] = ("spatial", "body", "geometric")
 LIMITS = ("rov", "slow-heave", "slow-vehicle", "fast-arm", "tool-1.5", "tool-2")
 
 
@@ -40,7 +41,7 @@ def formulas(seed: int, configurations: int = 2000) -> Iterator[Row]:
     """Largest deviations over random configurations; positions in [m]."""
     chain = robots.uvms()
     q, redrawn = draws(chain, seed, configurations)
-    jacobians = {frame: getattr(chain, f"{frame}_jacobian")(q) for frame in ("spatial", "body", "geometric")}
+    jacobians = {frame: getattr(chain, f"{frame}_jacobian")(q) for frame in FRAMES}
     differences = central_differences(chain, q)
     motions = scipy.linalg.expm((spatial.hat(chain.screws) * q[..., None, None]).numpy())
     forward = torch.as_tensor(reduce(np.matmul, motions.swapaxes(0, 1))) @ chain.home

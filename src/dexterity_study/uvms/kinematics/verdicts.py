@@ -10,6 +10,7 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.uvms.kinematics.experiment import FRAMES
 
 BASE, LAST = list(range(4)), 11
 """Joints that are said to leave w alone: the first four, and the last."""
@@ -79,7 +80,7 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
     """Figures that must hold for the book to be accepted."""
     formulas, changes = evidence["formulas"].where(), by_joint(evidence["changes_of_w"])
     yield Acceptance("forward kinematics against scipy.linalg.expm", formulas["forward"].max(), 1e-12)
-    for frame in ("spatial", "body", "geometric"):
+    for frame in FRAMES:
         yield Acceptance(f"{frame} Jacobian against central differences", formulas[frame].max(), 1e-8)
     still = changes.loc[["chosen", "velocity-limits=rov"], [*BASE, LAST]].to_numpy().max()
     yield Acceptance("relative change of w under θ1–θ4 and θ12, equal translation limits", still, 1e-12)
