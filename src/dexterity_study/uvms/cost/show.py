@@ -98,14 +98,14 @@ def reduced(stored: Evidence) -> Markup:
     """Set the operations of the reduced indices, and the steps that make up KCI."""
     counts = Counts(stored)
     step, kci = counts("Laguerre", "step"), counts.exact["KCI"][-1]
+    most = kci + (counts.most_steps - counts.steps) * step
     rows = {
         "w by its closed form": counts("w", "closed form"),
         "w by orthogonal elimination, safe near a singularity": counts("w", "elimination"),
         "KCI, to the bidiagonal form": counts("bidiagonal", "reduced"),
         "KCI, each step of the iteration": step,
         f"KCI in all, with the median of {counts.steps} steps": kci,
-        f"KCI in all, with the most steps, {counts.most_steps}": kci
-        + (counts.most_steps - counts.steps) * step,
+        f"KCI in all, with the most steps, {counts.most_steps}": most,
     }
     return show(pd.Series(rows, name="operations"))
 

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
-from torch import Tensor
 
 from dexterity import robots, scenes
 from dexterity.indices import Ellipsoid, Index, force_ellipsoid, normalise, velocity_ellipsoid
@@ -62,14 +61,6 @@ def semi_axes() -> Markup:
 def _of_the_arm() -> tuple[Ellipsoid, Ellipsoid]:
     J = normalise(robots.uvms().geometric_jacobian(POSTURE), VEHICLE_LOCKED, ONES)
     return velocity_ellipsoid(J, "translational"), force_ellipsoid(J, "translational")
-
-
-def elbow(angles: Tensor) -> Markup:
-    """Set both indices while the elbow turns [rad]."""
-    q = torch.zeros(len(angles), 12)
-    q[:, 8] = angles
-    w, kci = (Index(name).bind(robots.uvms())(q) for name in ("manipulability", "kinematic_conditioning"))
-    return show(pd.DataFrame({"θm3 [rad]": angles, "w": w, "KCI": kci}), "{:.3f}")
 
 
 def motions(table: Table) -> Figure:

@@ -18,43 +18,34 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     formulas = evidence["formulas"]
     taus = evidence["rankings"].by_seed("tau", over="pair")
     determinant, reciprocal = formulas.values("determinant"), formulas.values("reciprocal")
-    yield on(
-        "normalised-jacobian",
-        formulas.values("unit_free"),
+    tau = taus["KCI, tool rates of 1 m/s against 0.1 m/s"].median()
+    note = (
         "With limits that carry units neither index depends on the unit of length; with tool rates of one KCI does "
-        f"(τ = {taus['KCI, tool rates of 1 m/s against 0.1 m/s'].median():.2f} between metres and decimetres).",
+        f"(τ = {tau:.2f} between metres and decimetres)."
     )
+    yield on("normalised-jacobian", formulas.values("unit_free"), note)
     yield on("w-product-of-singular-values", determinant, "Relative deviation from Eq. 8.")
     note = "Relative deviation from Eq. 9; close to a singularity the determinant has half of the digits."
     yield on("w-root-determinant", determinant, note)
     left = evidence["motions"].where(motion="UVMS, pitch")["speed_left"]
-    note = "Speed left along the lost direction at the singularity of the whole UVMS."
-    yield on("zero-w-loses-directions", left, note)
-    yield on(
-        "w-means-speed",
-        taus["w against the largest speed of the tool point"],
-        "Kendall's τ of w with the largest speed of the tool point; with the smallest speed it is "
-        f"{taus['w against the smallest speed of the tool point'].median():.2f}. w is the volume of an ellipsoid.",
-        form="{:.2f}",
+    yield on("zero-w-loses-directions", left, "Speed left along the direction that the whole UVMS loses.")
+    fastest, slowest = (
+        taus[f"w against the {size} speed of the tool point"] for size in ("largest", "smallest")
     )
-    yield on.underspecified(
-        "ellipsoid-axes",
-        "A 6 × 12 matrix has no eigenvectors. With left singular vectors no velocity of unit joint rates leaves the "
-        "ellipsoid by more than this.",
-        f"{formulas.where()['outside'].max():.0e}",
-    )
+    note = f"Kendall's τ of w with the largest speed of the tool point; with the smallest it is {slowest.median():.2f}."
+    yield on("w-means-speed", fastest, f"{note} w is the volume of an ellipsoid.", form="{:.2f}")
+    outside = f"{formulas.where()['outside'].max():.0e}"
+    note = "A 6 × 12 matrix has no eigenvectors. With left singular vectors no velocity of unit joint rates leaves the ellipsoid"
+    yield on.underspecified("ellipsoid-axes", f"{note} by more than this.", outside)
     yield on("w-ellipsoid-volume", formulas.values("volume"), "Relative range of the ratio, which is π³/6.")
-    note = "Same axes, reciprocal semi-axes, by duality of twists and wrenches."
-    yield on("force-ellipsoid-reciprocal", reciprocal, note)
+    yield on(
+        "force-ellipsoid-reciprocal", reciprocal, "Reciprocal semi-axes by duality of twists and wrenches."
+    )
     note = "Speed times force is one along each principal axis: what is gained in speed is lost in force."
     yield on("major-axis-fast-minor-axis-strong", reciprocal < 1e-9, note)
-    yield on.underspecified(
-        "translational-ellipsoid",
-        "True of the linear rows of the geometric Jacobian. Those of the spatial Jacobian, which the paper uses, are not the "
-        "velocity of the tool point.",
-    )
-    note = "Relative deviation from one over numpy's condition number."
-    yield on("kci-ratio", formulas.values("condition"), note)
+    note = "True of the linear rows of the geometric Jacobian. Those of the paper's, the spatial one, move another point."
+    yield on.underspecified("translational-ellipsoid", note)
+    yield on("kci-ratio", formulas.values("condition"), "Deviation from one over numpy's condition number.")
     conditioning = evidence["conditioning"].where()
     note = (
         "KCI of the vehicle alone at home about the world's origin, less one: its Jacobian is the identity."
@@ -72,12 +63,9 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         form="{:.2f}",
     )
     changes = by_joint(evidence["changes_of_kci"])
-    yield on(
-        "kci-last-joint-irrelevant",
-        changes[LAST],
-        "In the spatial frame always; in the body frame only while tool rates are equal within a block (else up to "
-        f"{conditioning['body_last_joint_unequal'].max():.0%}).",
-    )
+    unequal = f"else up to {conditioning['body_last_joint_unequal'].max():.0%}"
+    note = f"In the spatial frame always; in the body frame only while tool rates are equal within a block ({unequal})."
+    yield on("kci-last-joint-irrelevant", changes[LAST], note)
     others = changes.drop(columns=LAST)
     chosen = others.loc["chosen"].to_numpy()
     yield on(

@@ -42,7 +42,7 @@ def formulas(seed: int, configurations: int = 2000) -> Iterator[Row]:
     chain = robots.uvms()
     q, redrawn = draws(chain, seed, configurations)
     jacobians = {frame: getattr(chain, f"{frame}_jacobian")(q) for frame in FRAMES}
-    differences = central_differences(chain, q)
+    differences = _central_differences(chain, q)
     motions = scipy.linalg.expm((spatial.hat(chain.screws) * q[..., None, None]).numpy())
     forward = torch.as_tensor(reduce(np.matmul, motions.swapaxes(0, 1))) @ chain.home
     turned = _with_joint(q, redrawn, 11)
@@ -67,7 +67,7 @@ def tool_velocity(seed: int, reading: Mapping[str, Any], configurations: int = 2
     chain = robots.uvms()
     q, _ = draws(chain, seed, configurations)
     J = getattr(chain, f"{reading['which-jacobian']}_jacobian")(q)
-    yield {"deviation": largest((J - central_differences(chain, q)["geometric"])[:, :3])}
+    yield {"deviation": largest((J - _central_differences(chain, q)["geometric"])[:, :3])}
 
 
 @experiment(
@@ -120,7 +120,7 @@ def changes_by_joint(index: Index, seed: int, configurations: int) -> Iterator[R
         yield {"joint": joint, "change": largest(f(_with_joint(q, redrawn, joint)) / before - 1)}
 
 
-def central_differences(chain: Chain, q: Tensor, step: float = 1e-5) -> Mapping[str, Tensor]:
+def _central_differences(chain: Chain, q: Tensor, step: float = 1e-5) -> Mapping[str, Tensor]:
     """Differentiate the tool pose numerically, and read the twists (..., 6, n) in each of the three frames."""
     steps = step * torch.eye(chain.joints, dtype=q.dtype)
     change = (chain.forward(q[..., None, :] + steps) - chain.forward(q[..., None, :] - steps)) / (2 * step)

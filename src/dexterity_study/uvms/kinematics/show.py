@@ -17,7 +17,6 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show, with_range
-from dexterity_study.uvms.kinematics.experiment import central_differences
 
 
 def screws(chain: Chain) -> Markup:
@@ -39,24 +38,6 @@ def reference_scene() -> scenes.Scene:
     scene = vehicle_scene("The UVMS at its reference configuration, with sliders", torch.zeros(12))
     scene.add_sliders("uvms")
     return scene
-
-
-def joints_scene(slide: float = 0.3, turn_deg: float = 40.0, frames: int = 24) -> scenes.Scene:
-    """Move each joint there and back [m, degree] while the others rest."""
-    wave = torch.sin(torch.linspace(0, 2 * torch.pi, frames, dtype=torch.float64))
-    reach = [slide if kind == "prismatic" else np.radians(turn_deg) for kind in robots.uvms().kinds]
-    scene = vehicle_scene("Each of the twelve joints moves in turn", torch.zeros(12), axes=False)
-    scene.animate("uvms", torch.kron(torch.diag(torch.tensor(reach, dtype=torch.float64)), wave[:, None]))
-    return scene
-
-
-def column_by_differences(chain: Chain, q: Tensor, joint: int) -> Markup:
-    """Set central differences less the Jacobian: linear rows of one column, for each of the three frames."""
-    misses = {
-        frame: (differences - getattr(chain, f"{frame}_jacobian")(q))[:3, joint]
-        for frame, differences in central_differences(chain, q).items()
-    }
-    return show(pd.DataFrame(misses, index=["x", "y", "z"]), "{:.1e}")
 
 
 def deviations(table: Table) -> Markup:

@@ -79,5 +79,7 @@ def planner(stored: Evidence) -> Markup:
         IN_KIND: saved[IN_KIND],
         "like for like, in C": saved[FOOT],
     }
-    columns = {f"{count} configurations": 1e3 * count * pd.Series(of_way) for count in verdicts.SEVERAL_HUNDRED}
+    columns = {
+        f"{count} configurations": 1e3 * count * pd.Series(of_way) for count in verdicts.SEVERAL_HUNDRED
+    }
     return show(pd.DataFrame(columns))
