@@ -164,23 +164,20 @@ def written_out(chain: SymbolicChain, *, home_in_adjoint: bool = False) -> sympy
 
 
 class Jacobians:
-    """Python functions of the Jacobian written out, its lengths in numbers.
+    """Functions of the joint values that return the Jacobian written out, its lengths in numbers.
 
-    `written` and `shared` return the entries, row by row, of one configuration: term by term, and with common
-    terms named.
+    `written` and `shared` take one configuration (n): term by term, and with common terms named. `at_once` takes
+    many (m, n), with common terms named.
     """
 
     def __init__(self) -> None:
         chain = symbolic_uvms()
         joints, entries = _joints(chain), written_out(chain).xreplace(_lengths(chain)).flat()
-        self.written = sympy.lambdify(joints, entries, "math")
-        self.shared = sympy.lambdify(joints, entries, "math", cse=True)
-        self._at_once = sympy.lambdify(joints, entries, "numpy", cse=True)
-
-    def at_once(self, q: np.ndarray) -> np.ndarray:
-        """Return Jacobians (m, 6, n) of configurations (m, n), common terms named."""
-        columns = [np.broadcast_to(entry, len(q)) for entry in self._at_once(*q.T)]
-        return np.stack(columns, axis=-1).reshape(len(q), 6, -1)
+        written, shared = (sympy.lambdify(joints, entries, "math", cse=named) for named in (False, True))
+        at_once = sympy.lambdify(joints, entries, "numpy", cse=True)
+        self.written = lambda q: np.reshape(written(*q), (6, -1))
+        self.shared = lambda q: np.reshape(shared(*q), (6, -1))
+        self.at_once = lambda q: np.stack(np.broadcast_arrays(*at_once(*q.T)), axis=-1).reshape(len(q), 6, -1)
 
 
 def _joints(chain: SymbolicChain) -> tuple[Symbol, ...]:

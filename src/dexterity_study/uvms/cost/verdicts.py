@@ -107,11 +107,9 @@ def _on_statements(on: Judge, evidence: Evidence, counts: Counts) -> Iterator[Ve
         f"{counts.exact['w'][-1]} (w) and {counts.exact['KCI'][-1]} (KCI). Against an exact index that is written out all "
         f"networks win. The {'; '.join(each)}.",
     )
-    yield on(
-        "feed-forward-cheaper-than-radial-basis",
-        {name: networks[f"feed-forward {name}"] < networks[f"radial-basis {name}"] for name in INDICES},
-        "For the printed numbers of neurons, and because of them: a single neuron costs about as much in either.",
-    )
+    cheaper = {name: networks[f"feed-forward {name}"] < networks[f"radial-basis {name}"] for name in INDICES}
+    note = "For the printed numbers of neurons, and because of them: a single neuron costs about as much in either."
+    yield on("feed-forward-cheaper-than-radial-basis", cheaper, note)
 
 
 def _on_parts(on: Judge, counted: Callable[..., Verdict], counts: Counts) -> Iterator[Verdict]:
@@ -151,12 +149,11 @@ def _on_sums(on: Judge, counted: Callable[..., Verdict], counts: Counts) -> Iter
         f"for a determinant by elimination. The appendix counts {on.printed('w-operations-appendix'):.0f} for the same thing.",
         " + ".join(map(str, table)),
     )
-    yield counted(
-        "svd-operations",
-        counts.singular_values[1],
+    note = (
         "m²n is how the cost grows and not the cost: even the entries of JJᵀ that differ, of which the squared singular values "
-        f"are the eigenvalues, take {counts('gram', 'symmetric')}.",
+        f"are the eigenvalues, take {counts('gram', 'symmetric')}."
     )
+    yield counted("svd-operations", counts.singular_values[1], note)
     note = f"Jacobian as the paper counts it, and m²n; {kci[-1]} operations reduced, with the iteration."
     yield counted("kci-operations", kci[0], note)
 
@@ -164,12 +161,9 @@ def _on_sums(on: Judge, counted: Callable[..., Verdict], counts: Counts) -> Iter
 def _on_networks(on: Judge, counted: Callable[..., Verdict], counts: Counts) -> Iterator[Verdict]:
     for name in INDICES:
         network = f"feed-forward {name}"
-        yield counted(
-            f"feed-forward-{name.lower()}-operations",
-            counts(network, "printed"),
-            "Each neuron takes d + 3 additions and d + 6 multiplications for d inputs; with constants worked into the weights "
-            f"the network takes {counts(network, 'folded')}.",
-        )
+        note = "A neuron takes d + 3 additions and d + 6 multiplications for d inputs; with constants worked into the weights"
+        note += f" the network takes {counts(network, 'folded')}."
+        yield counted(f"feed-forward-{name.lower()}-operations", counts(network, "printed"), note)
     split = [counts("feed-forward KCI", "printed", kind) for kind in KINDS]
     note = "Eqs. 13 to 16 as printed: four exponentials and a division per neuron."
     yield counted("feed-forward-kci-split", split, note)
@@ -185,10 +179,11 @@ def _on_networks(on: Judge, counted: Callable[..., Verdict], counts: Counts) -> 
             f"{counts(network, 'shared')}.",
         )
         split = [counts(network, "norm", kind) for kind in KINDS]
-        printed = [int(part) // neurons for part in on.printed(f"{claim}-split")]
-        yield counted(
-            f"{claim}-split",
-            split,
-            f"The paper has {printed} per neuron for seven inputs and for eleven, which no formula in the number of inputs gives; "
-            f"ours has {[part // neurons for part in split]} for {inputs}.",
+        printed, ours = (
+            [int(part) // neurons for part in own] for own in (on.printed(f"{claim}-split"), split)
         )
+        note = (
+            f"The paper has {printed} per neuron for seven inputs and for eleven, which no formula in the number of inputs gives; "
+            f"ours has {ours} for {inputs}."
+        )
+        yield counted(f"{claim}-split", split, note)

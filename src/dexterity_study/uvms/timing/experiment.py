@@ -123,13 +123,15 @@ class Contest:
         random = torch.Generator().manual_seed(seed)
         self.many = sampling.uniform(sampling.uvms_space(index.name), many, random)
         self.some, self.few = self.many[:configurations], self.many[:in_loops]
-        self._name, self._jacobians = name, Jacobians()
+        jacobians = Jacobians()
+        self.jacobian = jacobians.shared
+        self.in_kind = lambda q: _index(name, jacobians.written(q))
         exact = Side(
             EXACT,
             0,
             index.bind(chain),
-            lambda q: _index(name, self.jacobian(q)),
-            lambda q: _index(name, self._jacobians.at_once(q)),
+            lambda q: _index(name, jacobians.shared(q)),
+            lambda q: _index(name, jacobians.at_once(q)),
             symbolic.compile_index(chain, index, "torch"),
             symbolic.compile_index(chain, index, "c"),
             symbolic.cached_c_source(chain, index),
@@ -143,13 +145,6 @@ class Contest:
         ours = (_network(one.replace(begin, "shipped "), networks.load_shipped(one)) for one in shipped)
         self.sides = (*self.printed, *ours)
 
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Return the Jacobian (6, n) of one configuration, terms shared."""
-        return np.reshape(self._jacobians.shared(*q), (6, -1))
-
-    def _written_out(self, q: np.ndarray) -> Any:
-        return _index(self._name, np.reshape(self._jacobians.written(*q), (6, -1)))
-
     def rungs(self) -> Mapping[str, Sequence[Way]]:
         """Ways of all sides, from the paper's kind of program to C on many configurations."""
         few, some, many = self.few, self.some, self.many
@@ -157,7 +152,7 @@ class Contest:
         def ways(sides: Sequence[Side], computing: Callable[[Side], Any], q: Tensor) -> list[Way]:
             return [Way(side.name, computing(side), len(q)) for side in sides]
 
-        in_loop = Way(EXACT, _looping(self._written_out, few.numpy()), len(few))
+        in_loop = Way(EXACT, _looping(self.in_kind, few.numpy()), len(few))
         in_numpy = ways(self.printed, lambda side: partial(side.at_once, some.numpy()), some)
         return {
             IN_KIND: [in_loop, *in_numpy[1:]],
