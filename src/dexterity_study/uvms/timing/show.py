@@ -54,7 +54,7 @@ def speed_up(stored: Evidence, live: Table) -> Figure:
                 look = {"marker": marker, "ms": size, "fillstyle": fill, "label": f"{kind}, {run}"}
                 ax.plot(factors, factors.index, **look, **style)
             printed = {"marker": "D", "ms": 11, "fillstyle": "none", "label": f"{kind}, paper"}
-            ax.plot(verdicts.PRINTED_RATIOS[kind], IN_KIND, **printed, **style)
+            ax.plot([verdicts.PRINTED_RATIOS[kind]], [IN_KIND], **printed, **style)
         ax.axvline(1, color="black", lw=1)
         ax.set(xscale="log", title=index)
         ax.invert_yaxis()
