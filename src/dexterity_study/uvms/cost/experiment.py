@@ -5,9 +5,9 @@ Source: Sotiropoulos & Aspragathos (2016), sections 4.3–4.5, Table 4 and Appen
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import sympy
@@ -26,6 +26,7 @@ from dexterity_study.engine.experiment import experiment
 from dexterity_study.engine.table import Row
 from dexterity_study.uvms.kinematics.experiment import OF_DATA, PAPER, ROUNDING, draws, largest
 
+Function: TypeAlias = Callable[[Any], Any]
 INDICES: Mapping[str, Index] = {"w": Index("manipulability"), "KCI": Index("kinematic_conditioning")}
 """The two indices of the paper, with unit limits, in the spatial frame."""
 
@@ -175,9 +176,11 @@ class Jacobians:
         joints, entries = _joints(chain), written_out(chain).xreplace(_lengths(chain)).flat()
         written, shared = (sympy.lambdify(joints, entries, "math", cse=named) for named in (False, True))
         at_once = sympy.lambdify(joints, entries, "numpy", cse=True)
-        self.written = lambda q: np.reshape(written(*q), (6, -1))
-        self.shared = lambda q: np.reshape(shared(*q), (6, -1))
-        self.at_once = lambda q: np.stack(np.broadcast_arrays(*at_once(*q.T)), axis=-1).reshape(len(q), 6, -1)
+        self.written: Function = lambda q: np.reshape(written(*q), (6, -1))
+        self.shared: Function = lambda q: np.reshape(shared(*q), (6, -1))
+        self.at_once: Function = lambda q: np.stack(np.broadcast_arrays(*at_once(*q.T)), axis=-1).reshape(
+            len(q), 6, -1
+        )
 
 
 def _joints(chain: SymbolicChain) -> tuple[Symbol, ...]:

@@ -59,7 +59,7 @@ def agreement(stored: Evidence) -> Figure:
     of_300 = stored["agreement"].where("candidate-configurations=300").groupby("pair")["tau"].median()
     fig, ax = plt.subplots(figsize=(7, 3.6))
     ax.axvline(0, color="0.5", linewidth=1)
-    for row, name in enumerate(pairs):
+    for row, name in enumerate(map(str, pairs)):
         ax.plot(pairs[name], np.full(len(pairs), row), "o", color="C0", alpha=0.4)
         ax.plot(pairs[name].median(), row, "|k", ms=16, mew=2.5)
         ax.plot(of_300[name], row, "Dk", ms=9, mfc="none")

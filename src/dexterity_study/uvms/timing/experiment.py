@@ -12,7 +12,7 @@ import ctypes
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import torch
@@ -30,7 +30,7 @@ from dexterity.timing import Timing, Way, measure
 from dexterity.timing.instructions import instructions_per_configuration
 from dexterity_study.engine.experiment import experiment
 from dexterity_study.engine.table import Row
-from dexterity_study.uvms.cost.experiment import INDICES, Jacobians
+from dexterity_study.uvms.cost.experiment import INDICES, Function, Jacobians
 
 EXACT, FEED_FORWARD, RADIAL_BASIS = "exact", "feed-forward", "radial-basis"
 IN_KIND, SINGLY, FOOT = "as in the paper", "numpy, one by one", "C, many at once"
@@ -39,7 +39,6 @@ OF_DATA = {"data": ("robots/uvms.toml", "networks")}
 TIMES = {"timed": True, "unsteady": ("configurations", "lower", "median", "upper"), **OF_DATA}
 SMALL = {"configurations": 40, "many": 60, "in_loops": 3}
 BRIEF = {"rounds": 1, "seconds": 0.001}
-Function: TypeAlias = Callable[[Any], Any]
 
 
 @experiment(keys=("index", "rung", "side"), smoke=SMALL, atol=1e-6, **OF_DATA)
@@ -125,7 +124,7 @@ class Contest:
         self.some, self.few = self.many[:configurations], self.many[:in_loops]
         jacobians = Jacobians()
         self.jacobian = jacobians.shared
-        self.in_kind = lambda q: _index(name, jacobians.written(q))
+        self.in_kind: Function = lambda q: _index(name, jacobians.written(q))
         exact = Side(
             EXACT,
             0,
@@ -177,7 +176,11 @@ def _of_printed_sizes(
 
     feed_forward = FeedForward.untrained(view, sigmoids, q, 1 + unit(len(q)), random)
     arrays = {"centres": unit(bells, view.width), "output_weights": unit(bells)}
-    scale = {"input_scale": torch.ones(view.width).double(), "spread": 1.0, "output_bias": 1.0}
+    scale: dict[str, Any] = {
+        "input_scale": torch.ones(view.width).double(),
+        "spread": 1.0,
+        "output_bias": 1.0,
+    }
     return feed_forward, RadialBasis(view, {**arrays, **scale})
 
 

@@ -50,7 +50,7 @@ def speed_up(stored: Evidence, live: Table) -> Figure:
         for kind, marker, color in zip(NETWORKS, "os", ("blue", "vermillion"), strict=True):
             style = {"linestyle": "none", "color": COLORS[color]}
             for run, (rows, fill, size) in runs.items():
-                factors = advantages(quartiles(rows)).loc[index, kind]
+                factors = advantages(quartiles(rows)).xs(index)[kind]
                 look = {"marker": marker, "ms": size, "fillstyle": fill, "label": f"{kind}, {run}"}
                 ax.plot(factors, factors.index, **look, **style)
             printed = {"marker": "D", "ms": 11, "fillstyle": "none", "label": f"{kind}, paper"}

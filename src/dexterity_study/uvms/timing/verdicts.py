@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import cast
+from typing import Any, TypeAlias, cast
 
 import pandas as pd
 from scipy.stats import kendalltau
@@ -33,20 +33,22 @@ _OF_TEST_SET = ON.printed("analytical-w-time") - ON.printed("feed-forward-time")
 PRINTED_SAVING = _OF_TEST_SET / ON.printed("timing-inputs")
 """Time per configuration [s] that a feed-forward network for w saves by the printed times."""
 
-
-def quartiles(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return times [s] in columns by quartile and side, and rows by index and rung."""
-    values = ["lower", "median", "upper"]
-    return rows.pivot_table(index=["index", "rung"], columns="side", values=values, sort=False)
+Times: TypeAlias = Mapping[str, pd.DataFrame]
 
 
-def advantages(times: pd.DataFrame) -> pd.DataFrame:
+def quartiles(rows: pd.DataFrame) -> Times:
+    """Return times [s] by quartile, each with a row for index and rung and a column for each side."""
+    place: dict[str, Any] = {"index": ["index", "rung"], "columns": "side", "sort": False}
+    return {name: rows.pivot_table(values=name, **place) for name in ("lower", "median", "upper")}
+
+
+def advantages(times: Times) -> pd.DataFrame:
     """Return how many times faster than the exact index each network is, by the medians."""
     networks = times["median"].drop(columns=EXACT)
     return networks.rdiv(times["median"][EXACT], axis="index")
 
 
-def savings(times: pd.DataFrame) -> pd.Series:
+def savings(times: Times) -> pd.Series:
     """Return the time per configuration [s] that a feed-forward network saves, by the medians."""
     return times["median"][EXACT] - times["median"][FEED_FORWARD]
 
@@ -66,34 +68,34 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
         yield Acceptance(f"ways to {index} from each other, relative", own["deviation"].max(), 1e-9)
 
 
-def _on_times(times: pd.DataFrame) -> Iterator[Verdict]:
+def _on_times(times: Times) -> Iterator[Verdict]:
     for (index, side), claim in TABLE_5.items():
         ours = 1000 * times["median"][side][index, IN_KIND]
         note = f"Measured in MATLAB on the authors' machine; {ON.printed(claim) / ours:.3g} times ours for 1 000 configurations."
         yield ON.out_of_scope(claim, note, f"{ours:.3g} s")
-    as_read = pd.DataFrame({name: _as_read(times, *place) for name, place in READINGS.items()})
-    factors = as_read.loc[EXACT] / as_read.loc[list(NETWORKS)]
+    as_read = pd.DataFrame({name: _as_read(times, *place) for name, place in READINGS.items()}).T
+    factors = pd.DataFrame({side: as_read[EXACT] / as_read[side] for side in NETWORKS})
     of_rung = advantages(times)
     for claim, side in (("feed-forward-hundredfold", FEED_FORWARD), ("radial-basis-tenfold", RADIAL_BASIS)):
         places = [("KCI", IN_KIND), ("w", FOOT), ("KCI", FOOT)]
-        kci, foot_w, foot_kci = of_rung[side].loc[places].map(three_digits)
+        kci, foot_w, foot_kci = (three_digits(of_rung[side][place]) for place in places)
         note = (
             f"{kci} times for KCI. The printed times give {PRINTED_RATIOS[side]:.0f}, and networks that take one "
-            f"configuration after the other {factors.loc[side, 'what-a-run-is=one']:.0f}. With C on both sides, many at once: "
+            f"configuration after the other {factors[side]['what-a-run-is=one']:.0f}. With C on both sides, many at once: "
             f"{foot_w} (w) and {foot_kci} (KCI)."
         )
-        yield ON(claim, _by_reading(factors.loc[side]), note, form="{:,.0f}", unit="times")
+        yield ON(claim, _by_reading(factors[side]), note, form="{:,.0f}", unit="times")
     note = (
         "Smallest and largest factor. It is what the languages of the two sides make it. The paper's own times give "
         f"{' and '.join(f'{value:.0f}' for value in PRINTED_RATIOS.values())}."
     )
-    ends = [_by_reading(factors.min()), _by_reading(factors.max())]
+    ends = [_by_reading(factors.min(axis="columns")), _by_reading(factors.max(axis="columns"))]
     yield ON("ten-to-hundredfold", ends, note, form="{:,.0f}", unit="times")
 
 
-def _on_orderings(evidence: Evidence, times: pd.DataFrame) -> Iterator[Verdict]:
+def _on_orderings(evidence: Evidence, times: Times) -> Iterator[Verdict]:
     lower, upper = times["lower"], times["upper"]
-    in_kind = times.index.get_level_values("rung") == IN_KIND
+    in_kind = lower.index.get_level_values("rung") == IN_KIND
     kinds = {IN_KIND: in_kind, "one language": ~in_kind}
     slower = lower[list(NETWORKS)].gt(upper[EXACT], axis="index")
     counts = " and ".join(f"the {side} network on {slower[side].sum()}" for side in NETWORKS)
@@ -109,17 +111,17 @@ def _on_orderings(evidence: Evidence, times: pd.DataFrame) -> Iterator[Verdict]:
     yield ON(
         "feed-forward-fastest",
         {kind: not beaten[of].any() for kind, of in kinds.items()},
-        f"Cases: never beaten, quartiles apart; it holds in {(~beaten).sum()} of {len(times)} comparisons. The network "
+        f"Cases: never beaten, quartiles apart; it holds in {(~beaten).sum()} of {len(beaten)} comparisons. The network "
         f"has {fewer['w']:.0f} (w) and {fewer['KCI']:.0f} (KCI) times fewer neurons than the radial-basis network.",
     )
 
 
-def _on_causes(evidence: Evidence, times: pd.DataFrame) -> Iterator[Verdict]:
+def _on_causes(evidence: Evidence, times: Times) -> Iterator[Verdict]:
     in_kind = {
         name: _follows({index: _as_read(times, index, rung) for index in INDICES})
         for name, (_, rung) in READINGS.items()
     }
-    compiled = _follows({index: times["median"].loc[(index, FOOT)] for index in INDICES})
+    compiled = _follows({index: times["median"].T[index, FOOT] for index in INDICES})
     note = (
         f"Kendall's τ of six times with the six counts of Table 4. Where both sides are compiled it is {compiled:.2f}: no program "
         "then takes the operations that the table gives the exact indices."
@@ -136,7 +138,7 @@ def _on_causes(evidence: Evidence, times: pd.DataFrame) -> Iterator[Verdict]:
     yield ON("kci-time-varies", cases, note, ours=f"{different / same:.2f} times")
 
 
-def _on_planners(times: pd.DataFrame) -> Iterator[Verdict]:
+def _on_planners(times: Times) -> Iterator[Verdict]:
     fewest, most = SEVERAL_HUNDRED
     note = "No planner is named; the number is taken to calculate with."
     yield ON.underspecified("hundreds-of-configurations", note, f"{fewest} to {most} configurations")
@@ -161,11 +163,10 @@ def _on_planners(times: pd.DataFrame) -> Iterator[Verdict]:
     yield ON.underspecified("slightest-gain-counts", note, f"{gain:.0f} μs")
 
 
-def _as_read(times: pd.DataFrame, index: str, rung: str) -> pd.Series:
+def _as_read(times: Times, index: str, rung: str) -> pd.Series:
     """Return median times by side, the exact index as in the paper and the networks on a rung."""
-    median = times["median"].loc[(index, rung)].copy()
-    median[EXACT] = times["median"][EXACT][index, IN_KIND]
-    return median
+    of_place = times["median"].T
+    return of_place[index, rung].where(of_place.index != EXACT, of_place[index, IN_KIND])
 
 
 def _follows(times: Mapping[str, pd.Series]) -> float:
