@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
-from torch import Tensor
 
 from dexterity import robots, scenes
 from dexterity.indices import Ellipsoid, Index, force_ellipsoid, normalise, velocity_ellipsoid
@@ -16,8 +15,9 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, with_range
-from dexterity_study.uvms.indices.experiment import FRAMES, MOTIONS, ONES, VEHICLE_LOCKED, configurations_of
-from dexterity_study.uvms.kinematics.show import vehicle_scene
+from dexterity_study.uvms.indices.experiment import MOTIONS, ONES, VEHICLE_LOCKED
+from dexterity_study.uvms.kinematics.experiment import FRAMES
+from dexterity_study.uvms.kinematics.show import changes_by_joint, vehicle_scene
 
 POSTURE = torch.tensor(np.radians([0, 0, 0, 0, 0, 0, 25, 35, -80, 20, 30, 0]))
 
@@ -26,20 +26,29 @@ def velocity_scene() -> scenes.Scene:
     """Set the velocity ellipsoids of the whole UVMS and of the arm alone, and the ball inside the latter."""
     whole = velocity_ellipsoid(robots.uvms().geometric_jacobian(POSTURE), "translational")
     arm, _ = _of_the_arm()
-    ball = Ellipsoid(arm.axes, arm.semi_axes[-1:].expand(3))
-    ellipsoids = [
+    return _ellipsoid_scene(
+        "Velocity ellipsoids: whole UVMS, arm alone, and the ball inside",
         (whole, "whole UVMS", "blue", 0.3),
         (arm, "arm alone", "orange", 0.3),
-        (ball, "ball inside", "bluish green", 0.3),
-    ]
-    return _ellipsoid_scene("Velocity ellipsoids: whole UVMS, arm alone, and the ball inside", ellipsoids)
+        (Ellipsoid(arm.axes, arm.semi_axes[-1:].expand(3)), "ball inside", "bluish green", 0.3),
+    )
 
 
 def force_scene() -> scenes.Scene:
     """Set the velocity ellipsoid and the force ellipsoid of the arm alone."""
     speed, force = _of_the_arm()
-    ellipsoids = [(speed, "velocity", "orange", 0.3), (force, "force", "reddish purple", 0.06)]
-    return _ellipsoid_scene("The arm alone: velocity ellipsoid and force ellipsoid", ellipsoids)
+    title = "The arm alone: velocity ellipsoid and force ellipsoid"
+    return _ellipsoid_scene(
+        title, (speed, "velocity", "orange", 0.3), (force, "force", "reddish purple", 0.06)
+    )
+
+
+def _ellipsoid_scene(title: str, *ellipsoids: tuple[Ellipsoid, str, str, float]) -> scenes.Scene:
+    scene = vehicle_scene(title, POSTURE, axes=False)
+    tool = robots.uvms().forward(POSTURE)[:3, 3]
+    for ellipsoid, name, color, scale in ellipsoids:
+        scene.add_ellipsoid(ellipsoid, tool, name=name, color=color, scale=scale)
+    return scene
 
 
 def semi_axes() -> Markup:
@@ -49,24 +58,20 @@ def semi_axes() -> Markup:
     return show(pd.DataFrame(lengths, index=["fastest axis", "middle axis", "slowest axis"]), "{:.2f}")
 
 
-def elbow(angles: Tensor) -> Markup:
-    """Set both indices while the elbow turns [rad]."""
-    q = torch.zeros(len(angles), 12)
-    q[:, 8] = angles
-    w, kci = (Index(name).bind(robots.uvms())(q) for name in ("manipulability", "kinematic_conditioning"))
-    return show(pd.DataFrame({"θm3 [rad]": angles, "w": w, "KCI": kci}), "{:.3f}")
+def _of_the_arm() -> tuple[Ellipsoid, Ellipsoid]:
+    J = normalise(robots.uvms().geometric_jacobian(POSTURE), VEHICLE_LOCKED, ONES)
+    return velocity_ellipsoid(J, "translational"), force_ellipsoid(J, "translational")
 
 
 def motions(table: Table) -> Figure:
     """Draw w and KCI along the three motions."""
-    names = robots.uvms().joint_names
     fig, axes = plt.subplots(2, 3, figsize=(7.5, 4.6), sharex="col")
     angle, w, kci = (table.array(name)[0] for name in ("angle", "w", "kci"))
-    for i, (column, (name, motion)) in enumerate(zip(axes.T, MOTIONS.items(), strict=True)):
-        column[0].plot(angle[i], w[i])
-        column[1].plot(angle[i], kci[i], color=COLORS["vermillion"])
-        column[0].set(title=name, ylim=(0, None))
-        column[1].set(xlabel=f"{names[motion.joint]} [degree]", ylim=(0, None))
+    for i, ((above, below), (name, motion)) in enumerate(zip(axes.T, MOTIONS.items(), strict=True)):
+        above.plot(angle[i], w[i])
+        below.plot(angle[i], kci[i], color=COLORS["vermillion"])
+        above.set(title=name, ylim=(0, None))
+        below.set(xlabel=f"{robots.uvms().joint_names[motion.joint]} [degree]", ylim=(0, None))
     axes[0, 0].set_ylabel("w")
     axes[1, 0].set_ylabel("KCI, spatial")
     return fig
@@ -75,24 +80,22 @@ def motions(table: Table) -> Figure:
 def singularity_scene() -> scenes.Scene:
     """Move the pitch through the singularity of the whole UVMS and back."""
     motion = MOTIONS["UVMS, pitch"]
-    there = np.linspace(motion.from_deg, motion.to_deg, 60)
-    sweep = configurations_of(motion, there)
+    sweep = motion.configurations(motion.angles(60))
     scene = vehicle_scene("The pitch passes through a singularity of the UVMS", sweep[0], height=480)
     scene.add_path(robots.uvms().forward(sweep)[:, :3, 3], name="tool path")
-    scene.animate("uvms", configurations_of(motion, np.concatenate([there, there[::-1]])))
+    scene.animate("uvms", torch.cat([sweep, sweep.flip(0)]))
     return scene
 
 
 def frames_along_y() -> Figure:
     """Draw both indices in three frames while the vehicle starts at different places along y."""
-    shift = torch.linspace(-3, 3, 121)
     q = torch.zeros(121, 12)
-    q[:, 1] = shift
+    q[:, 1] = torch.linspace(-3, 3, 121)
     fig, (left, right) = plt.subplots(1, 2, figsize=(7.5, 3.2))
     for name, ax in (("manipulability", left), ("kinematic_conditioning", right)):
         for frame in FRAMES:
             line = "--" if frame == "geometric" else "-"
-            ax.plot(shift, Index(name, frame).bind(robots.uvms())(q), line, label=frame)
+            ax.plot(q[:, 1], Index(name, frame).bind(robots.uvms())(q), line, label=frame)
         ax.set(xlabel="vehicle starts at y [m]", ylim=(0, None))
     left.set(ylabel="w", ylim=(0, 16))
     right.set_ylabel("KCI")
@@ -107,16 +110,8 @@ def agreement(stored: Evidence) -> Markup:
 
 def changes_of_kci(stored: Evidence) -> Figure:
     """Draw by how much each joint alone changes KCI, in the spatial and in the body frame."""
-    fig, ax = plt.subplots(figsize=(7, 3.4))
-    for reading, title, marker in (("chosen", "spatial", "o"), ("which-jacobian=body", "body", "s")):
-        change = stored["changes_of_kci"].where(reading).groupby("joint")["change"].max()
-        ax.plot(np.maximum(change, 1e-17), marker, label=title, mfc="none" if title == "body" else None)
-    ax.axhspan(1e-17, 1e-13, color="0.9", zorder=0)
-    ax.text(11.4, 3e-14, "rounding", ha="right", va="top", color="0.35")
-    ax.set(yscale="log", ylim=(1e-17, 10), ylabel="largest relative change of KCI")
-    ax.set(xticks=range(12), xticklabels=robots.uvms().joint_names, xlabel="joint that is redrawn")
-    ax.legend(title="frame", loc="center left", bbox_to_anchor=(0.5, 0.45))
-    return fig
+    frames = {"spatial": "chosen", "body": "which-jacobian=body"}
+    return changes_by_joint(stored["changes_of_kci"], "KCI", "frame", frames)
 
 
 def kci_at_home(stored: Evidence) -> Markup:
@@ -126,16 +121,3 @@ def kci_at_home(stored: Evidence) -> Markup:
     values["spatial, lowest with the vehicle within 2 m"] = f"{rows['lowest'].min():.3f}"
     values["spatial, highest with the vehicle within 2 m"] = f"{rows['highest'].max():.3f}"
     return show(pd.Series(values, name="KCI at home"))
-
-
-def _of_the_arm() -> tuple[Ellipsoid, Ellipsoid]:
-    J = normalise(robots.uvms().geometric_jacobian(POSTURE), VEHICLE_LOCKED, ONES)
-    return velocity_ellipsoid(J, "translational"), force_ellipsoid(J, "translational")
-
-
-def _ellipsoid_scene(title: str, ellipsoids: list[tuple[Ellipsoid, str, str, float]]) -> scenes.Scene:
-    scene = vehicle_scene(title, POSTURE, axes=False)
-    tool = robots.uvms().forward(POSTURE)[:3, 3]
-    for ellipsoid, name, color, scale in ellipsoids:
-        scene.add_ellipsoid(ellipsoid, tool, name=name, color=color, scale=scale)
-    return scene

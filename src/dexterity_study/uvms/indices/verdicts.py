@@ -9,111 +9,63 @@ import pandas as pd
 from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
-
-LAST = 11
+from dexterity_study.uvms.kinematics.verdicts import BASE, LAST, by_joint
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
     on = Judge("sotiropoulos2016")
-    yield from _on_w(on, evidence)
-    yield from _on_ellipsoids(on, evidence)
-    yield from _on_kci(on, evidence)
-
-
-def _on_w(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     formulas = evidence["formulas"]
-    determinant = formulas.values("determinant")
-    length = _taus(evidence, "KCI, tool rates of 1 m/s against 0.1 m/s").median()
-    yield on(
-        "normalised-jacobian",
-        formulas.values("unit_free"),
+    taus = evidence["rankings"].by_seed("tau", over="pair")
+    determinant, reciprocal = formulas.values("determinant"), formulas.values("reciprocal")
+    tau = taus["KCI, tool rates of 1 m/s against 0.1 m/s"].median()
+    note = (
         "With limits that carry units neither index depends on the unit of length; with tool rates of one KCI does "
-        f"(τ = {length:.2f} between metres and decimetres).",
+        f"(τ = {tau:.2f} between metres and decimetres)."
     )
+    yield on("normalised-jacobian", formulas.values("unit_free"), note)
     yield on("w-product-of-singular-values", determinant, "Relative deviation from Eq. 8.")
-    yield on(
-        "w-root-determinant",
-        determinant,
-        "Relative deviation from Eq. 9; close to a singularity the determinant has half of the digits.",
-    )
-    yield on(
-        "zero-w-loses-directions",
-        evidence["motions"].where(motion="UVMS, pitch")["speed_left"],
-        "Speed left along the lost direction at the singularity of the whole UVMS.",
-    )
+    note = "Relative deviation from Eq. 9; close to a singularity the determinant has half of the digits."
+    yield on("w-root-determinant", determinant, note)
+    left = evidence["motions"].where(motion="UVMS, pitch")["speed_left"]
+    yield on("zero-w-loses-directions", left, "Speed left along the direction that the whole UVMS loses.")
     fastest, slowest = (
-        _taus(evidence, f"w against the {size} speed of the tool point") for size in ("largest", "smallest")
+        taus[f"w against the {size} speed of the tool point"] for size in ("largest", "smallest")
     )
-    yield on(
-        "w-means-speed",
-        fastest,
-        f"Kendall's τ of w with the largest speed of the tool point; with the smallest speed it is {slowest.median():.2f}. "
-        "w is the volume of an ellipsoid.",
-        form="{:.2f}",
-    )
-
-
-def _on_ellipsoids(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    formulas = evidence["formulas"]
-    reciprocal = formulas.values("reciprocal")
-    yield on.underspecified(
-        "ellipsoid-axes",
-        "A 6 × 12 matrix has no eigenvectors. With left singular vectors no velocity of unit joint rates leaves the "
-        "ellipsoid by more than this.",
-        f"{formulas.where()['outside'].max():.0e}",
-    )
+    note = f"Kendall's τ of w with the largest speed of the tool point; with the smallest it is {slowest.median():.2f}."
+    yield on("w-means-speed", fastest, f"{note} w is the volume of an ellipsoid.", form="{:.2f}")
+    outside = f"{formulas.where()['outside'].max():.0e}"
+    note = "A 6 × 12 matrix has no eigenvectors. With left singular vectors no velocity of unit joint rates leaves the ellipsoid"
+    yield on.underspecified("ellipsoid-axes", f"{note} by more than this.", outside)
     yield on("w-ellipsoid-volume", formulas.values("volume"), "Relative range of the ratio, which is π³/6.")
     yield on(
-        "force-ellipsoid-reciprocal",
-        reciprocal,
-        "Same axes, reciprocal semi-axes, by duality of twists and wrenches.",
+        "force-ellipsoid-reciprocal", reciprocal, "Reciprocal semi-axes by duality of twists and wrenches."
     )
-    yield on(
-        "major-axis-fast-minor-axis-strong",
-        reciprocal < 1e-9,
-        "Speed times force is one along each principal axis: what is gained in speed is lost in force.",
-    )
-    yield on.underspecified(
-        "translational-ellipsoid",
-        "True of the linear rows of the geometric Jacobian. Those of the spatial Jacobian, which the paper uses, are not the "
-        "velocity of the tool point.",
-    )
-
-
-def _on_kci(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
+    note = "Speed times force is one along each principal axis: what is gained in speed is lost in force."
+    yield on("major-axis-fast-minor-axis-strong", reciprocal < 1e-9, note)
+    note = "True of the linear rows of the geometric Jacobian. Those of the paper's, the spatial one, move another point."
+    yield on.underspecified("translational-ellipsoid", note)
+    yield on("kci-ratio", formulas.values("condition"), "Deviation from one over numpy's condition number.")
     conditioning = evidence["conditioning"].where()
-    yield on(
-        "kci-ratio",
-        evidence["formulas"].values("condition"),
-        "Relative deviation from one over numpy's condition number.",
+    note = (
+        "KCI of the vehicle alone at home about the world's origin, less one: its Jacobian is the identity."
     )
-    yield on(
-        "kci-one-is-isotropic",
-        conditioning["vehicle_alone"] - 1,
-        "KCI of the vehicle alone at home about the world's origin, less one: its Jacobian is the identity.",
-    )
-    spatial, geometric = (
-        _taus(evidence, f"{frame} KCI against accuracy of the tool") for frame in ("spatial", "geometric")
-    )
+    yield on("kci-one-is-isotropic", conditioning["vehicle_alone"] - 1, note)
+    frames = {"chosen": "spatial", "which-jacobian=geometric": "geometric"}
+    of_frame = {
+        reading: taus[f"{frame} KCI against accuracy of the tool"] for reading, frame in frames.items()
+    }
     yield on(
         "kci-means-accuracy",
-        pd.concat({"chosen": spatial, "which-jacobian=geometric": geometric}, names=["reading", "seed"]),
+        pd.concat(of_frame, names=["reading", "seed"]),
         "Kendall's τ of KCI with the smallness of the tool error that small joint errors cause: KCI grades how evenly "
         "errors spread, and only through that how large they are.",
         form="{:.2f}",
     )
-    changes = (
-        evidence["changes_of_kci"]
-        .where(None)
-        .pivot_table(index=["reading", "seed"], columns="joint", values="change", sort=False)
-    )
-    yield on(
-        "kci-last-joint-irrelevant",
-        changes[LAST],
-        "In the spatial frame always; in the body frame only while tool rates are equal within a block (else up to "
-        f"{conditioning['body_last_joint_unequal'].max():.0%}).",
-    )
+    changes = by_joint(evidence["changes_of_kci"])
+    unequal = f"else up to {conditioning['body_last_joint_unequal'].max():.0%}"
+    note = f"In the spatial frame always; in the body frame only while tool rates are equal within a block ({unequal})."
+    yield on("kci-last-joint-irrelevant", changes[LAST], note)
     others = changes.drop(columns=LAST)
     chosen = others.loc["chosen"].to_numpy()
     yield on(
@@ -128,18 +80,12 @@ def _on_kci(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
     """Figures that must hold for the book to be accepted."""
-    formulas, changes, motions = evidence["formulas"].where(), evidence["changes_of_kci"], evidence["motions"]
+    formulas, changes = evidence["formulas"].where(), by_joint(evidence["changes_of_kci"])
     yield Acceptance("w by Eq. 8 against Eq. 9, relative", formulas["determinant"].max(), 1e-9)
     yield Acceptance("w from frame to frame, relative", formulas["w_frame"].max(), 1e-12)
-    yield Acceptance("spatial KCI under θ12, relative", changes.where(joint=LAST)["change"].max(), 1e-12)
-    still = [changes.where("which-jacobian=body", joint=joint)["change"].max() for joint in range(4)]
-    yield Acceptance("body KCI under θ1–θ4, relative", max(still), 1e-12)
-    for name, title in (
-        ("arm, elbow", "w of the arm with its elbow straight"),
-        ("UVMS, pitch", "w of the UVMS at its singularity"),
-    ):
-        yield Acceptance(title, motions.where(motion=name)["smallest_w"].item(), 1e-12)
-
-
-def _taus(evidence: Evidence, pair: str) -> pd.Series:
-    return evidence["rankings"].where(pair=pair).set_index("seed")["tau"]
+    yield Acceptance("spatial KCI under θ12, relative", changes.loc["chosen"][LAST].max(), 1e-12)
+    still = changes.loc["which-jacobian=body"][BASE].to_numpy().max()
+    yield Acceptance("body KCI under θ1–θ4, relative", still, 1e-12)
+    smallest = evidence["motions"].where().set_index("motion")["smallest_w"]
+    yield Acceptance("w of the arm with its elbow straight", smallest["arm, elbow"], 1e-12)
+    yield Acceptance("w of the UVMS at its singularity", smallest["UVMS, pitch"], 1e-12)

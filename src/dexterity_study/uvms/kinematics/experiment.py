@@ -6,6 +6,8 @@ Source: Sotiropoulos & Aspragathos (2016), Eqs. 1–6 and 12.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import reduce
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -15,103 +17,87 @@ from torch import Tensor
 
 from dexterity import robots, spatial
 from dexterity.chain import Chain
-from dexterity.indices import Index, manipulability
+from dexterity.indices import Frame, Index, manipulability
 from dexterity_study.engine.experiment import experiment
+from dexterity_study.engine.table import Row
 
 OF_DATA = {"data": ("robots/uvms.toml",)}
-PAPER = {"paper": "sotiropoulos2016"}
-ROUNDING = {"rtol": 1e-6, "atol": 1e-6}
+PAPER = {"paper": "sotiropoulos2016", **OF_DATA}
+ROUNDING = {"atol": 1e-6}
 """Rounding errors differ a little from processor to processor."""
 
+RANDOM = {"seeds": 10, "smoke": {"configurations": 20}, **ROUNDING}
+IN_OTHER_FRAMES = {
+    "assumes": ("which-jacobian",),
+    "readings": ("which-jacobian=body", "which-jacobian=geometric"),
+    **PAPER,
+}
+FRAMES: tuple[Frame, ...] = ("spatial", "body", "geometric")
+LIMITS = ("rov", "slow-heave", "slow-vehicle", "fast-arm", "tool-1.5", "tool-2")
 
-@experiment(seeds=10, smoke={"configurations": 20}, **ROUNDING, **OF_DATA)
-def formulas(seed: int, configurations: int = 2000, step: float = 1e-5) -> Iterator[dict[str, Any]]:
-    """Largest deviations over random configurations; positions in [m], steps of differences in [rad] or [m]."""
+
+@experiment(**RANDOM, **OF_DATA)
+def formulas(seed: int, configurations: int = 2000) -> Iterator[Row]:
+    """Largest deviations over random configurations; positions in [m]."""
     chain = robots.uvms()
     q, redrawn = draws(chain, seed, configurations)
-    spatial_jacobian, body_jacobian = chain.spatial_jacobian(q), chain.body_jacobian(q)
-    differences = _central_differences(chain, q, step)
+    jacobians = {frame: getattr(chain, f"{frame}_jacobian")(q) for frame in FRAMES}
+    differences = _central_differences(chain, q)
+    motions = scipy.linalg.expm((spatial.hat(chain.screws) * q[..., None, None]).numpy())
+    forward = torch.as_tensor(reduce(np.matmul, motions.swapaxes(0, 1))) @ chain.home
     turned = _with_joint(q, redrawn, 11)
-    printed = equation_6_as_printed(chain, q)
+    printed = _equation_6_as_printed(chain, q)
     w = manipulability(printed)
-    others = (manipulability(equation_6_as_printed(chain, _with_joint(q, redrawn, i))) for i in range(4))
+    others = (manipulability(_equation_6_as_printed(chain, _with_joint(q, redrawn, i))) for i in range(4))
     yield {
         "joints": chain.joints,
         "twist": _twist_error(chain, q),
-        "forward": _largest(chain.forward(q) - _product_of_expm(chain, q)),
-        "spatial": _largest(spatial_jacobian - differences["spatial"]),
-        "body": _largest(body_jacobian - differences["body"]),
-        "geometric": _largest(chain.geometric_jacobian(q) - differences["geometric"]),
-        "printed": _largest(spatial_jacobian - printed),
-        "printed_base_change": max(_largest(other / w - 1) for other in others),
-        "spatial_last_joint": _largest(chain.spatial_jacobian(turned) - spatial_jacobian),
-        "body_last_joint": _largest(chain.body_jacobian(turned) - body_jacobian),
+        "forward": largest(chain.forward(q) - forward),
+        **{frame: largest(J - differences[frame]) for frame, J in jacobians.items()},
+        "printed": largest(jacobians["spatial"] - printed),
+        "printed_base_change": max(largest(other / w - 1) for other in others),
+        "spatial_last_joint": largest(chain.spatial_jacobian(turned) - jacobians["spatial"]),
+        "body_last_joint": largest(chain.body_jacobian(turned) - jacobians["body"]),
     }
 
 
-@experiment(
-    seeds=10,
-    assumes=("which-jacobian",),
-    readings=("which-jacobian=body", "which-jacobian=geometric"),
-    smoke={"configurations": 20},
-    **ROUNDING,
-    **PAPER,
-    **OF_DATA,
-)
-def tool_velocity(
-    seed: int, reading: Mapping[str, Any], configurations: int = 2000, step: float = 1e-5
-) -> Iterator[dict[str, Any]]:
+@experiment(**RANDOM, **IN_OTHER_FRAMES)
+def tool_velocity(seed: int, reading: Mapping[str, Any], configurations: int = 2000) -> Iterator[Row]:
     """Linear rows of a Jacobian against the velocity of the tool point, in world axes [m/s]."""
     chain = robots.uvms()
     q, _ = draws(chain, seed, configurations)
-    rows = getattr(chain, f"{reading['which-jacobian']}_jacobian")(q)[..., :3, :]
-    yield {"deviation": _largest(rows - _central_differences(chain, q, step)["geometric"][..., :3, :])}
+    J = getattr(chain, f"{reading['which-jacobian']}_jacobian")(q)
+    yield {"deviation": largest((J - _central_differences(chain, q)["geometric"])[:, :3])}
 
 
 @experiment(
-    seeds=10,
     keys=("joint",),
     assumes=("velocity-limits",),
-    readings=tuple(
-        f"velocity-limits={name}"
-        for name in ("rov", "slow-heave", "slow-vehicle", "fast-arm", "tool-1.5", "tool-2")
-    ),
-    smoke={"configurations": 20},
-    **ROUNDING,
+    readings=tuple(f"velocity-limits={name}" for name in LIMITS),
+    **RANDOM,
     **PAPER,
-    **OF_DATA,
 )
-def changes_of_w(
-    seed: int, reading: Mapping[str, Any], configurations: int = 2000
-) -> Iterator[dict[str, Any]]:
+def changes_of_w(seed: int, reading: Mapping[str, Any], configurations: int = 2000) -> Iterator[Row]:
     """Largest relative change of w when one joint alone is redrawn."""
-    chain = robots.uvms()
-    q, redrawn = draws(chain, seed, configurations)
     joint_rates, tool_rates = reading["velocity-limits"]
     index = Index("manipulability", joint_rates=joint_rates, tool_rates=tool_rates)
-    for joint, change in enumerate(changes_by_joint(chain, index, q, redrawn)):
-        yield {"joint": joint, "change": change}
+    yield from changes_by_joint(index, seed, configurations)
 
 
 @experiment(
     assumes=("link-lengths", "base-link-height", "arm-mount"),
     readings=("link-lengths=swapped", "base-link-height=0.1", "base-link-height=0.2", "base-link-height=0.3"),
     **PAPER,
-    **OF_DATA,
 )
-def at_home(seed: int, reading: Mapping[str, Any]) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def at_home(seed: int, reading: Mapping[str, Any]) -> Iterator[Row]:  # noqa: ARG001 -- nothing is drawn
     """The tool point at home against Eq. 4 [m], and w there."""
     l2, l3 = reading["link-lengths"]
     l1, y_MB = reading["base-link-height"], reading["arm-mount"]
     chain = robots.uvms(l1=l1, l2=l2, l3=l3, y_MB=y_MB)
-    expected = torch.eye(4, dtype=torch.float64)
-    expected[:3, 3] = torch.tensor([0.0, y_MB + l2 + l3, l1], dtype=torch.float64)
+    expected = spatial.pose(torch.eye(3), [0.0, y_MB + l2 + l3, l1])
     x, y, z = chain.home[:3, 3].tolist()
     w = Index("manipulability").bind(chain)(torch.zeros(chain.joints))
-    yield {"deviation": _largest(chain.home - expected), "x": x, "y": y, "z": z, "w": w}
-
-
-# ---- shared with other chapters --------------------------------------------------------------------
+    yield {"deviation": largest(chain.home - expected), "x": x, "y": y, "z": z, "w": w}
 
 
 def draws(chain: Chain, seed: int, configurations: int, range_deg: float = 60.0) -> tuple[Tensor, Tensor]:
@@ -124,23 +110,36 @@ def draws(chain: Chain, seed: int, configurations: int, range_deg: float = 60.0)
     return first, second
 
 
-def changes_by_joint(chain: Chain, index: Index, q: Tensor, redrawn: Tensor) -> list[float]:
-    """Return the largest relative change of an index when one joint alone is redrawn, for each joint."""
+def changes_by_joint(index: Index, seed: int, configurations: int) -> Iterator[Row]:
+    """Yield the largest relative change of an index when one joint alone is redrawn, for each joint."""
+    chain = robots.uvms()
+    q, redrawn = draws(chain, seed, configurations)
     f = index.bind(chain)
     before = f(q)
-    return [_largest(f(_with_joint(q, redrawn, i)) / before - 1) for i in range(chain.joints)]
+    for joint in range(chain.joints):
+        yield {"joint": joint, "change": largest(f(_with_joint(q, redrawn, joint)) / before - 1)}
 
 
-# ---- deviations ------------------------------------------------------------------------------------
+def _central_differences(chain: Chain, q: Tensor, step: float = 1e-5) -> Mapping[str, Tensor]:
+    """Differentiate the tool pose numerically, and read the twists (..., 6, n) in each of the three frames."""
+    steps = step * torch.eye(chain.joints, dtype=q.dtype)
+    change = (chain.forward(q[..., None, :] + steps) - chain.forward(q[..., None, :] - steps)) / (2 * step)
+    back = spatial.inverse(chain.forward(q))[..., None, :, :]
+    twists, body_twists = spatial.vee(change @ back), spatial.vee(back @ change)
+    of_point = torch.cat([change[..., :3, 3], twists[..., 3:]], dim=-1)
+    return {"spatial": twists.mT, "body": body_twists.mT, "geometric": of_point.mT}
 
 
-def equation_6_as_printed(chain: Chain, q: Tensor) -> Tensor:
-    """Return the columns of Eq. 6 with the home pose g_st(0) inside the adjoint: (..., n) → (..., 6, n)."""
-    before = torch.eye(4, dtype=q.dtype).expand(*q.shape[:-1], 4, 4)
-    columns = []
-    for i, screw in enumerate(chain.screws):
-        columns.append((spatial.adjoint(before @ chain.home) @ screw[:, None])[..., 0])
-        before = before @ spatial.exp(screw * q[..., i, None])
+def largest(difference: Tensor) -> float:
+    """Return the largest absolute value."""
+    return float(difference.abs().max())
+
+
+def _equation_6_as_printed(chain: Chain, q: Tensor) -> Tensor:
+    """Return the columns of Eq. 6 with the home pose g_st(0) inside the adjoint: (m, n) → (m, 6, n)."""
+    motions = spatial.exp(chain.screws * q[..., None]).unbind(-3)
+    before = accumulate(motions[:-1], torch.matmul, initial=torch.eye(4, dtype=q.dtype).expand(len(q), 4, 4))
+    columns = [spatial.adjoint(T @ chain.home) @ screw for T, screw in zip(before, chain.screws, strict=True)]
     return torch.stack(columns, dim=-1)
 
 
@@ -150,42 +149,9 @@ def _with_joint(q: Tensor, redrawn: Tensor, joint: int) -> Tensor:
     return changed
 
 
-def _largest(difference: Tensor) -> float:
-    return float(difference.abs().max())
-
-
 def _twist_error(chain: Chain, q: Tensor) -> float:
     """Return by how much a joint moves a point of its own axis, or misses the plain translation."""
     points = chain.joint_frames(torch.zeros(chain.joints))[:, :3, 3]
-    errors = []
-    for i, (screw, kind) in enumerate(zip(chain.screws, chain.kinds, strict=True)):
-        moved = spatial.apply(spatial.exp(screw * q[:, i, None]), points[i])
-        expected = points[i] + (q[:, i, None] * screw[:3] if kind == "prismatic" else 0.0)
-        errors.append(_largest(moved - expected))
-    return max(errors)
-
-
-def _product_of_expm(chain: Chain, q: Tensor) -> Tensor:
-    T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
-    for i, screw in enumerate(chain.screws):
-        T = T @ scipy.linalg.expm((spatial.hat(screw) * q[:, i, None, None]).numpy())
-    return torch.as_tensor(T) @ chain.home
-
-
-def _central_differences(chain: Chain, q: Tensor, step: float) -> Mapping[str, Tensor]:
-    """Differentiate the tool pose numerically, and read the twist in each of the three frames."""
-    T = chain.forward(q)
-    columns: dict[str, list[Tensor]] = {"spatial": [], "body": [], "geometric": []}
-    for shift in step * torch.eye(chain.joints, dtype=q.dtype):
-        change = (chain.forward(q + shift) - chain.forward(q - shift)) / (2 * step)
-        twist = _twist_of(change @ spatial.inverse(T))
-        columns["spatial"].append(twist)
-        columns["body"].append(_twist_of(spatial.inverse(T) @ change))
-        columns["geometric"].append(torch.cat([change[..., :3, 3], twist[..., 3:]], dim=-1))
-    return {frame: torch.stack(parts, dim=-1) for frame, parts in columns.items()}
-
-
-def _twist_of(X: Tensor) -> Tensor:
-    """Return the twist of the nearest twist matrix: differences are skew-symmetric only up to their error."""
-    S = (X[..., :3, :3] - X[..., :3, :3].mT) / 2
-    return torch.cat([X[..., :3, 3], torch.stack([S[..., 2, 1], S[..., 0, 2], S[..., 1, 0]], dim=-1)], dim=-1)
+    slides = torch.tensor([[kind == "prismatic"] for kind in chain.kinds])
+    moved = spatial.apply(spatial.exp(chain.screws * q[..., None]), points)
+    return largest(moved - points - slides * q[..., None] * chain.screws[:, :3])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -38,29 +40,6 @@ def reference_scene() -> scenes.Scene:
     return scene
 
 
-def joints_scene(slide: float = 0.3, turn_deg: float = 40.0, frames: int = 24) -> scenes.Scene:
-    """Move each joint there and back [m, degree] while the others rest."""
-    chain = robots.uvms()
-    wave = torch.sin(torch.linspace(0, 2 * torch.pi, frames, dtype=torch.float64))
-    reach = [slide if kind == "prismatic" else np.radians(turn_deg) for kind in chain.kinds]
-    scene = vehicle_scene("Each of the twelve joints moves in turn", torch.zeros(12), axes=False)
-    scene.animate("uvms", torch.kron(torch.diag(torch.tensor(reach, dtype=torch.float64)), wave[:, None]))
-    return scene
-
-
-def column_by_differences(chain: Chain, q: Tensor, joint: int, h: float = 1e-5) -> Markup:
-    """Set central differences less the Jacobian: linear rows of one column, for each of the three frames."""
-    step = h * torch.eye(chain.joints, dtype=torch.float64)[joint]
-    T_dot = (chain.forward(q + step) - chain.forward(q - step)) / (2 * h)
-    inverse = torch.linalg.inv(chain.forward(q))
-    misses = {
-        "spatial": (T_dot @ inverse)[:3, 3] - chain.spatial_jacobian(q)[:3, joint],
-        "body": (inverse @ T_dot)[:3, 3] - chain.body_jacobian(q)[:3, joint],
-        "geometric": T_dot[:3, 3] - chain.geometric_jacobian(q)[:3, joint],
-    }
-    return show(pd.DataFrame(misses, index=["x", "y", "z"]), "{:.1e}")
-
-
 def deviations(table: Table) -> Markup:
     """Set the largest deviations, with their range over the seeds."""
     titles = {
@@ -73,31 +52,32 @@ def deviations(table: Table) -> Markup:
         "body_last_joint": "body Jacobian when the last joint turns",
     }
     rows = table.where()
-    return show(
-        pd.Series(
-            {title: with_range(rows[name], "{:.1e}") for name, title in titles.items()},
-            name="largest deviation",
-        )
-    )
+    cells = {title: with_range(rows[name], "{:.1e}") for name, title in titles.items()}
+    return show(pd.Series(cells, name="largest deviation"))
 
 
 def changes_of_w(stored: Evidence) -> Figure:
     """Draw by how much each joint alone changes w, for three sets of velocity limits."""
-    names = robots.uvms().joint_names
-    fig, ax = plt.subplots(figsize=(7, 3.8))
     sets = {
         "unit": "chosen",
         "slow vehicle": "velocity-limits=rov",
         "slow heave": "velocity-limits=slow-heave",
     }
-    for shift, (title, reading) in zip((-0.2, 0, 0.2), sets.items(), strict=True):
-        change = stored["changes_of_w"].where(reading).groupby("joint")["change"].max()
+    return changes_by_joint(stored["changes_of_w"], "w", "velocity limits", sets)
+
+
+def changes_by_joint(table: Table, index: str, legend: str, readings: Mapping[str, str]) -> Figure:
+    """Draw by how much each joint alone changes an index, for some readings by their titles."""
+    fig, ax = plt.subplots(figsize=(7, 3.6))
+    shifts = np.linspace(-0.2, 0.2, len(readings))
+    for shift, (title, reading) in zip(shifts, readings.items(), strict=True):
+        change = table.where(reading).groupby("joint")["change"].max()
         ax.plot(np.arange(12) + shift, np.maximum(change, 1e-17), "o", label=title)
     ax.axhspan(1e-17, 1e-13, color="0.9", zorder=0)
     ax.text(11.4, 3e-14, "rounding", ha="right", va="top", color="0.35")
-    ax.set(yscale="log", ylim=(1e-17, 10), ylabel="largest relative change of w")
-    ax.set(xticks=range(12), xticklabels=names, xlabel="joint that is redrawn")
-    ax.legend(title="velocity limits", loc="center left", bbox_to_anchor=(0.4, 0.45))
+    ax.set(yscale="log", ylim=(1e-17, 10), ylabel=f"largest relative change of {index}")
+    ax.set(xticks=range(12), xticklabels=robots.uvms().joint_names, xlabel="joint that is redrawn")
+    ax.legend(title=legend, loc="center left", bbox_to_anchor=(0.4, 0.45))
     return fig
 
 

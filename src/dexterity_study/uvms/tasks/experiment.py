@@ -17,33 +17,31 @@ from torch import Tensor
 from dexterity import robots, tasks
 from dexterity.indices import Index, kinematic_conditioning, velocity_ellipsoid
 from dexterity_study.engine.experiment import experiment
-from dexterity_study.uvms.indices.experiment import VEHICLE_LOCKED, rank_correlation
-from dexterity_study.uvms.kinematics.experiment import PAPER, ROUNDING
+from dexterity_study.engine.table import Row
+from dexterity_study.uvms.indices.experiment import VEHICLE_LOCKED, rank_correlations
+from dexterity_study.uvms.kinematics.experiment import ROUNDING, largest
 
 OF_DATA = {"data": ("robots/uvms.toml", "tasks.toml")}
-OF_TABLE = ("manipulability", "kinematic_conditioning")
+RANDOM = {"seeds": 50, "smoke": {"count": 20}, **ROUNDING, **OF_DATA}
 
 
 @experiment(keys=("index",), **OF_DATA)
-def table(seed: int) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def table(seed: int) -> Iterator[Row]:  # noqa: ARG001 -- nothing is drawn
     """Tasks of Table 1 that go with each index."""
     listed = [task for task in tasks.TASKS.values() if "Table 1" in task.where]
-    for index in OF_TABLE:
+    for index in ("manipulability", "kinematic_conditioning"):
         yield {"index": index, "tasks": sum(task.index == index for task in listed)}
 
 
 @experiment(
-    seeds=50,
     keys=("pair",),
+    paper="sotiropoulos2016",
     assumes=("candidate-configurations",),
     readings=("candidate-configurations=300",),
     reading_seeds=10,
-    smoke={"count": 20},
-    **ROUNDING,
-    **PAPER,
-    **OF_DATA,
+    **RANDOM,
 )
-def agreement(seed: int, reading: Mapping[str, Any], count: int | None = None) -> Iterator[dict[str, Any]]:
+def agreement(seed: int, reading: Mapping[str, Any], count: int | None = None) -> Iterator[Row]:
     """Kendall's τ between two rankings of the same candidates."""
     chain = robots.uvms()
     q = candidates(seed, count or reading["candidate-configurations"])
@@ -63,18 +61,17 @@ def agreement(seed: int, reading: Mapping[str, Any], count: int | None = None) -
         "spatial KCI, accuracy": (kci, accuracy),
         "geometric KCI, accuracy": (about_tool, accuracy),
     }
-    for pair, (first, second) in pairs.items():
-        yield {"pair": pair, "tau": rank_correlation(first, second)}
+    yield from rank_correlations(pairs)
 
 
-@experiment(seeds=50, smoke={"count": 20}, **ROUNDING, **OF_DATA)
-def choice(seed: int, count: int = 100) -> Iterator[dict[str, Any]]:
+@experiment(**RANDOM)
+def choice(seed: int, count: int = 100) -> Iterator[Row]:
     """Deviation of the candidates from their common tool pose, and how much they differ in w and KCI."""
     chain = robots.uvms()
     q = candidates(seed, count)
     w, kci = (tasks.rank(chain, q, task).values for task in ("valve turning", "welding"))
     yield {
-        "pose": (chain.forward(q) - chain.home).abs().max(),
+        "pose": largest(chain.forward(q) - chain.home),
         "w_ratio": w.max() / w.min(),
         "kci_ratio": kci.max() / kci.min(),
     }

@@ -12,7 +12,7 @@ from dexterity import robots, scenes, tasks
 from dexterity.scenes.page import Html
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.page.tables import show
 from dexterity_study.uvms.kinematics.show import vehicle_scene
 
 SYMBOLS = {"manipulability": "w", "kinematic_conditioning": "KCI", None: ""}
@@ -54,26 +54,16 @@ def best_and_worst(q: Tensor, task: str) -> Html:
 
 
 def agreement(stored: Evidence) -> Figure:
-    """Draw Kendall's τ between pairs of rankings, a dot for each draw and a bar at the median."""
+    """Draw Kendall's τ between pairs of rankings: each draw, the median, and that with three hundred candidates."""
     pairs = stored["agreement"].by_seed("tau", over="pair")
+    of_300 = stored["agreement"].where("candidate-configurations=300").groupby("pair")["tau"].median()
     fig, ax = plt.subplots(figsize=(7, 3.6))
     ax.axvline(0, color="0.5", linewidth=1)
-    for row, name in enumerate(pairs):
+    for row, name in enumerate(map(str, pairs)):
         ax.plot(pairs[name], np.full(len(pairs), row), "o", color="C0", alpha=0.4)
         ax.plot(pairs[name].median(), row, "|k", ms=16, mew=2.5)
+        ax.plot(of_300[name], row, "Dk", ms=9, mfc="none")
     ax.set(yticks=range(pairs.shape[1]), yticklabels=pairs.columns, xlabel="Kendall's τ between two rankings")
     ax.set(xlim=(-1, 1), xticks=np.linspace(-1, 1, 5))
     ax.invert_yaxis()
     return fig
-
-
-def agreement_table(stored: Evidence) -> Markup:
-    """Set the medians and ranges of Kendall's τ, for a hundred candidates and for three hundred."""
-    columns = [
-        over_seeds(stored["agreement"].where(reading), "pair", {"tau": title}, "{:.2f}")
-        for reading, title in (
-            ("chosen", "100 candidates"),
-            ("candidate-configurations=300", "300 candidates"),
-        )
-    ]
-    return show(pd.concat(columns, axis="columns"))

@@ -11,7 +11,8 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, TypeAlias
+from functools import partial
+from typing import Any
 
 import numpy as np
 import torch
@@ -25,24 +26,23 @@ from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.folding import Bells, folded
 from dexterity.networks.network import Network, View
 from dexterity.networks.radial_basis import RadialBasis
-from dexterity.symbolic import SymbolicChain
-from dexterity.timing import Way, measure
+from dexterity.timing import Timing, Way, measure
 from dexterity.timing.instructions import instructions_per_configuration
 from dexterity_study.engine.experiment import experiment
-from dexterity_study.uvms.cost.experiment import INDICES, MEASURES, Jacobians
+from dexterity_study.engine.table import Row
+from dexterity_study.uvms.cost.experiment import INDICES, Function, Jacobians
 
 EXACT, FEED_FORWARD, RADIAL_BASIS = "exact", "feed-forward", "radial-basis"
-IN_KIND, ONE_BY_ONE, FOOT = "as in the paper", "numpy, one by one", "C, many at once"
+IN_KIND, SINGLY, FOOT = "as in the paper", "numpy, one by one", "C, many at once"
 NEURONS = {"w": (8, 149), "KCI": (25, 142)}
 OF_DATA = {"data": ("robots/uvms.toml", "networks")}
 TIMES = {"timed": True, "unsteady": ("configurations", "lower", "median", "upper"), **OF_DATA}
 SMALL = {"configurations": 40, "many": 60, "in_loops": 3}
 BRIEF = {"rounds": 1, "seconds": 0.001}
-Function: TypeAlias = Callable[[Any], Any]
 
 
 @experiment(keys=("index", "rung", "side"), smoke=SMALL, atol=1e-6, **OF_DATA)
-def agreement(seed: int, **sizes: int) -> Iterator[dict[str, Any]]:
+def agreement(seed: int, **sizes: int) -> Iterator[Row]:
     """Largest relative deviation of each way from the exact index by singular values, or the network in torch."""
     for index in INDICES:
         contest = Contest(index, seed, **sizes)
@@ -54,7 +54,7 @@ def agreement(seed: int, **sizes: int) -> Iterator[dict[str, Any]]:
 
 
 @experiment(keys=("index", "rung", "side"), smoke={**SMALL, **BRIEF}, **TIMES)
-def ladder(seed: int, rounds: int = 15, seconds: float = 0.01, **sizes: int) -> Iterator[dict[str, Any]]:
+def ladder(seed: int, rounds: int = 15, seconds: float = 0.01, **sizes: int) -> Iterator[Row]:
     """Times per configuration [s] of the exact index and of networks, from the paper's kind of program to C."""
     for index in INDICES:
         for rung, ways in Contest(index, seed, **sizes).rungs().items():
@@ -63,20 +63,18 @@ def ladder(seed: int, rounds: int = 15, seconds: float = 0.01, **sizes: int) -> 
 
 
 @experiment(keys=("number", "copy"), smoke={"count": 2, **BRIEF}, **TIMES)
-def singular_values(
-    seed: int, count: int = 30, rounds: int = 15, seconds: float = 0.01
-) -> Iterator[dict[str, Any]]:
+def singular_values(seed: int, count: int = 30, rounds: int = 15, seconds: float = 0.01) -> Iterator[Row]:
     """Times of KCI from single Jacobians [s], in turn with as many copies of the first of them."""
     contest = Contest("KCI", seed)
     jacobians = [contest.jacobian(q) for q in contest.many[:count].numpy()]
     jacobians += jacobians[:1] * count
-    ways = [Way(f"{i}", _calling(MEASURES["kinematic_conditioning"], J), 1) for i, J in enumerate(jacobians)]
+    ways = [Way(f"{i}", partial(_index, "KCI", J), 1) for i, J in enumerate(jacobians)]
     for i, own in enumerate(measure(ways, rounds, seconds)):
         yield {"number": i % count, "copy": i >= count, **_times(own)}
 
 
 @experiment(keys=("index", "side"), smoke={"counted": False}, unsteady=("instructions",), **OF_DATA)
-def instructions(seed: int, counted: bool = True) -> Iterator[dict[str, Any]]:
+def instructions(seed: int, counted: bool = True) -> Iterator[Row]:
     """Neurons, and instructions of generated C per configuration where the machine can count them."""
     for index in INDICES:
         for side in Contest(index, seed).sides:
@@ -84,11 +82,16 @@ def instructions(seed: int, counted: bool = True) -> Iterator[dict[str, Any]]:
             yield {"index": index, "side": side.name, "neurons": side.neurons, "instructions": count}
 
 
-def _times(timing: Any) -> dict[str, Any]:
+def _times(timing: Timing) -> Row:
     return {name: value for name, value in asdict(timing).items() if name != "name"}
 
 
-# ---- both sides in every language ------------------------------------------------------------------
+def _index(name: str, J: np.ndarray) -> Any:
+    """Return w by LU, or KCI by singular values, of Jacobians (..., 6, n) in numpy."""
+    if name == "w":
+        return np.sqrt(np.linalg.det(J @ np.swapaxes(J, -1, -2)))
+    sigma = np.linalg.svd(J, compute_uv=False)
+    return sigma[..., -1] / sigma[..., 0]
 
 
 @dataclass(frozen=True)
@@ -119,61 +122,66 @@ class Contest:
         random = torch.Generator().manual_seed(seed)
         self.many = sampling.uniform(sampling.uvms_space(index.name), many, random)
         self.some, self.few = self.many[:configurations], self.many[:in_loops]
-        self._jacobians = Jacobians(SymbolicChain.from_description(robots.describe("uvms")))
-        self._measure = MEASURES[index.name]
+        jacobians = Jacobians()
+        self.jacobian = jacobians.shared
+        self.in_kind: Function = lambda q: _index(name, jacobians.written(q))
         exact = Side(
             EXACT,
             0,
             index.bind(chain),
-            lambda q: self._measure(self.jacobian(q)),
-            lambda q: self._measure(self._jacobians.at_once(q)),
+            lambda q: _index(name, jacobians.shared(q)),
+            lambda q: _index(name, jacobians.at_once(q)),
             symbolic.compile_index(chain, index, "torch"),
             symbolic.compile_index(chain, index, "c"),
             symbolic.cached_c_source(chain, index),
             function_name(chain.name, index.name),
         )
         view = View(chain.joints, sampling.relevant_joints(chain, index))
+        feed_forward, radial_basis = _of_printed_sizes(name, view, self.some, random)
+        self.printed = (exact, _network(FEED_FORWARD, feed_forward), _network(RADIAL_BASIS, radial_basis))
         begin = f"uvms-{index.name.replace('_', '-')}-"
-        self.sides = (
-            exact,
-            _network(FEED_FORWARD, _feed_forward(view, NEURONS[name][0], self.some, random)),
-            _network(RADIAL_BASIS, _radial_basis(view, NEURONS[name][1], random)),
-            *(
-                _network(shipped.replace(begin, "shipped "), networks.load_shipped(shipped))
-                for shipped in networks.shipped()
-                if shipped.startswith(begin)
-            ),
-        )
-
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Return the Jacobian (6, n) of one configuration, terms shared."""
-        return np.reshape(self._jacobians.shared(*q), (6, -1))
-
-    def _written_out(self, q: np.ndarray) -> Any:
-        return self._measure(np.reshape(self._jacobians.written(*q), (6, -1)))
+        shipped = [network for network in networks.shipped() if network.startswith(begin)]
+        ours = (_network(one.replace(begin, "shipped "), networks.load_shipped(one)) for one in shipped)
+        self.sides = (*self.printed, *ours)
 
     def rungs(self) -> Mapping[str, Sequence[Way]]:
         """Ways of all sides, from the paper's kind of program to C on many configurations."""
         few, some, many = self.few, self.some, self.many
-        printed = self.sides[:3]
 
         def ways(sides: Sequence[Side], computing: Callable[[Side], Any], q: Tensor) -> list[Way]:
             return [Way(side.name, computing(side), len(q)) for side in sides]
 
-        in_kind = ways(printed[1:], lambda side: _calling(side.at_once, some.numpy()), some)
+        in_loop = Way(EXACT, _looping(self.in_kind, few.numpy()), len(few))
+        in_numpy = ways(self.printed, lambda side: partial(side.at_once, some.numpy()), some)
         return {
-            IN_KIND: [Way(EXACT, _looping(self._written_out, few.numpy()), len(few)), *in_kind],
-            ONE_BY_ONE: ways(printed, lambda side: _looping(side.one, few.numpy()), few),
-            "numpy, a test set at once": ways(
-                printed, lambda side: _calling(side.at_once, some.numpy()), some
-            ),
-            "torch, a test set at once": ways(self.sides, lambda side: _calling(side.in_torch, some), some),
-            "torch, many at once": ways(self.sides, lambda side: _calling(side.in_torch, many), many),
+            IN_KIND: [in_loop, *in_numpy[1:]],
+            SINGLY: ways(self.printed, lambda side: _looping(side.one, few.numpy()), few),
+            "numpy, a test set at once": in_numpy,
+            "torch, a test set at once": ways(self.sides, lambda side: partial(side.in_torch, some), some),
+            "torch, many at once": ways(self.sides, lambda side: partial(side.in_torch, many), many),
             "C from Python, one by one": ways(self.sides, lambda side: _looping(side.in_c, few), few),
             "C from C, one by one": ways(self.sides, lambda side: _in_c_one_by_one(side, some), some),
-            "C, a test set at once": ways(self.sides, lambda side: _calling(side.in_c, some), some),
-            FOOT: ways(self.sides, lambda side: _calling(side.in_c, many), many),
+            "C, a test set at once": ways(self.sides, lambda side: partial(side.in_c, some), some),
+            FOOT: ways(self.sides, lambda side: partial(side.in_c, many), many),
         }
+
+
+def _of_printed_sizes(
+    name: str, view: View, q: Tensor, random: torch.Generator
+) -> tuple[FeedForward, RadialBasis]:
+    sigmoids, bells = NEURONS[name]
+
+    def unit(*shape: int) -> Tensor:
+        return torch.rand(*shape, generator=random, dtype=torch.float64)
+
+    feed_forward = FeedForward.untrained(view, sigmoids, q, 1 + unit(len(q)), random)
+    arrays = {"centres": unit(bells, view.width), "output_weights": unit(bells)}
+    scale: dict[str, Any] = {
+        "input_scale": torch.ones(view.width).double(),
+        "spread": 1.0,
+        "output_bias": 1.0,
+    }
+    return feed_forward, RadialBasis(view, {**arrays, **scale})
 
 
 def _network(name: str, network: Network) -> Side:
@@ -195,26 +203,9 @@ def _in_numpy(network: Network) -> Function:
             return np.exp(-apart) @ weights.output + weights.output_bias
 
         return bells
-    hidden, output = weights.hidden.T, weights.output[0]
-    return lambda q: (
-        np.tanh(q[..., inputs] @ hidden + weights.hidden_biases) @ output + weights.output_biases[0]
-    )
-
-
-def _feed_forward(view: View, neurons: int, q: Tensor, random: torch.Generator) -> Network:
-    values = 1 + torch.rand(len(q), generator=random, dtype=torch.float64)
-    return FeedForward.untrained(view, neurons, q, values, random)
-
-
-def _radial_basis(view: View, neurons: int, random: torch.Generator) -> Network:
-    centres = torch.rand(neurons, view.width, generator=random, dtype=torch.float64)
-    weights = torch.rand(neurons, generator=random, dtype=torch.float64)
-    arrays = {"centres": centres, "output_weights": weights, "input_scale": torch.ones(view.width).double()}
-    return RadialBasis(view, {**arrays, "spread": 1.0, "output_bias": 1.0})
-
-
-def _calling(function: Function, q: Any) -> Callable[[], object]:
-    return lambda: function(q)
+    hidden, biases = weights.hidden.T, weights.hidden_biases
+    output, bias = weights.output[0], weights.output_biases[0]
+    return lambda q: np.tanh(q[..., inputs] @ hidden + biases) @ output + bias
 
 
 def _looping(function: Function, rows: Any) -> Callable[[], object]:

@@ -3,70 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import pandas as pd
 from scipy.stats import kendalltau
 
-from dexterity.timing import Ratio, Timing, ratio
+from dexterity.timing.measurement import three_digits
 from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.readings import Reading
 from dexterity_study.uvms.cost.experiment import INDICES
-from dexterity_study.uvms.timing.experiment import (
-    EXACT,
-    FEED_FORWARD,
-    FOOT,
-    IN_KIND,
-    ONE_BY_ONE,
-    RADIAL_BASIS,
-)
+from dexterity_study.uvms.timing.experiment import EXACT, FEED_FORWARD, FOOT, IN_KIND, RADIAL_BASIS, SINGLY
 
 NETWORKS = (FEED_FORWARD, RADIAL_BASIS)
 READINGS = {
     "chosen": ("w", IN_KIND),
     "rows-of-the-time-table=kci": ("KCI", IN_KIND),
-    "what-a-run-is=one": ("w", ONE_BY_ONE),
+    "what-a-run-is=one": ("w", SINGLY),
 }
 """Index and rung of the networks whose times the paper prints, by reading; the exact index is always in kind."""
 
 ON = Judge("sotiropoulos2016")
+TABLE_5 = {("w", EXACT): "analytical-w-time", ("KCI", EXACT): "analytical-kci-time"}
+TABLE_5 |= {("w", network): f"{network}-time" for network in NETWORKS}
 SEVERAL_HUNDRED = cast(tuple[int, int], Reading.of("sotiropoulos2016", "chosen")["planner-iteration"])
 PRINTED_RATIOS = {side: ON.printed("analytical-w-time") / ON.printed(f"{side}-time") for side in NETWORKS}
-PRINTED_SAVING = (ON.printed("analytical-w-time") - ON.printed("feed-forward-time")) / ON.printed(
-    "timing-inputs"
-)
+_OF_TEST_SET = ON.printed("analytical-w-time") - ON.printed("feed-forward-time")
+PRINTED_SAVING = _OF_TEST_SET / ON.printed("timing-inputs")
 """Time per configuration [s] that a feed-forward network for w saves by the printed times."""
 
-Times: TypeAlias = Mapping[tuple[str, str], Mapping[str, Timing]]
+Times: TypeAlias = Mapping[str, pd.DataFrame]
 
 
-def timings(rows: pd.DataFrame) -> Times:
-    """Return the times of each side, by index and rung."""
-    columns = ["side", "configurations", "lower", "median", "upper"]
-    return {
-        (str(index), str(rung)): {own[0]: Timing(*own) for own in of_place[columns].itertuples(index=False)}
-        for (index, rung), of_place in rows.groupby(["index", "rung"], sort=False)
-    }
+def quartiles(rows: pd.DataFrame) -> Times:
+    """Return times [s] by quartile, each with a row for index and rung and a column for each side."""
+    place: dict[str, Any] = {"index": ["index", "rung"], "columns": "side", "sort": False}
+    return {name: rows.pivot_table(values=name, **place) for name in ("lower", "median", "upper")}
 
 
-def advantages(times: Times) -> dict[tuple[str, str], dict[str, Ratio]]:
-    """Return how many times faster than the exact index each network is, by index and rung."""
-    return {
-        place: {side: ratio(own[EXACT], time) for side, time in own.items() if side != EXACT}
-        for place, own in times.items()
-    }
+def advantages(times: Times) -> pd.DataFrame:
+    """Return how many times faster than the exact index each network is, by the medians."""
+    networks = times["median"].drop(columns=EXACT)
+    return networks.rdiv(times["median"][EXACT], axis="index")
 
 
-def saving(times: Mapping[str, Timing]) -> float:
-    """Return the time per configuration [s] that a feed-forward network saves."""
-    return times[EXACT].median - times[FEED_FORWARD].median
+def savings(times: Times) -> pd.Series:
+    """Return the time per configuration [s] that a feed-forward network saves, by the medians."""
+    return times["median"][EXACT] - times["median"][FEED_FORWARD]
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
-    times = timings(evidence["ladder"].where())
+    times = quartiles(evidence["ladder"].where())
     yield from _on_times(times)
     yield from _on_orderings(evidence, times)
     yield from _on_causes(evidence, times)
@@ -80,75 +69,64 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 
 
 def _on_times(times: Times) -> Iterator[Verdict]:
-    sides = {"analytical-w-time": ("w", EXACT), "analytical-kci-time": ("KCI", EXACT)}
-    sides |= {f"{network}-time": ("w", network) for network in NETWORKS}
-    for claim, (index, side) in sides.items():
-        own = 1000 * times[index, IN_KIND][side].median
-        note = f"Measured in MATLAB on the authors' machine; {ON.printed(claim) / own:.3g} times ours for 1 000 configurations."
-        yield ON.out_of_scope(claim, note, f"{own:.3g} s")
-    factors = advantages(times)
-    read = {name: _as_read(times, *place) for name, place in READINGS.items()}
-    ours = pd.DataFrame(
-        {
-            side: {name: own[EXACT].median / own[side].median for name, own in read.items()}
-            for side in NETWORKS
-        }
-    )
+    for (index, side), claim in TABLE_5.items():
+        ours = 1000 * times["median"][side][index, IN_KIND]
+        note = f"Measured in MATLAB on the authors' machine; {ON.printed(claim) / ours:.3g} times ours for 1 000 configurations."
+        yield ON.out_of_scope(claim, note, f"{ours:.3g} s")
+    as_read = pd.DataFrame({name: _as_read(times, *place) for name, place in READINGS.items()}).T
+    factors = pd.DataFrame({side: as_read[EXACT] / as_read[side] for side in NETWORKS})
+    of_rung = advantages(times)
     for claim, side in (("feed-forward-hundredfold", FEED_FORWARD), ("radial-basis-tenfold", RADIAL_BASIS)):
+        places = [("KCI", IN_KIND), ("w", FOOT), ("KCI", FOOT)]
+        kci, foot_w, foot_kci = (three_digits(of_rung[side][place]) for place in places)
         note = (
-            f"{factors['KCI', IN_KIND][side]} times for KCI. The printed times give {PRINTED_RATIOS[side]:.0f}, and networks that "
-            f"take one configuration after the other {ours[side]['what-a-run-is=one']:.0f}. With C on both sides, many at once: "
-            f"{factors['w', FOOT][side]} (w) and {factors['KCI', FOOT][side]} (KCI)."
+            f"{kci} times for KCI. The printed times give {PRINTED_RATIOS[side]:.0f}, and networks that take one "
+            f"configuration after the other {factors[side]['what-a-run-is=one']:.0f}. With C on both sides, many at once: "
+            f"{foot_w} (w) and {foot_kci} (KCI)."
         )
-        yield ON(claim, _over(ours[side]), note, form="{:,.0f}", unit="times")
+        yield ON(claim, _by_reading(factors[side]), note, form="{:,.0f}", unit="times")
     note = (
         "Smallest and largest factor. It is what the languages of the two sides make it. The paper's own times give "
         f"{' and '.join(f'{value:.0f}' for value in PRINTED_RATIOS.values())}."
     )
-    ends = [_over(ours.min(axis="columns")), _over(ours.max(axis="columns"))]
+    ends = [_by_reading(factors.min(axis="columns")), _by_reading(factors.max(axis="columns"))]
     yield ON("ten-to-hundredfold", ends, note, form="{:,.0f}", unit="times")
 
 
 def _on_orderings(evidence: Evidence, times: Times) -> Iterator[Verdict]:
-    kinds = {IN_KIND: [place for place in times if place[1] == IN_KIND]}
-    kinds["one language"] = [place for place in times if place[1] != IN_KIND]
-    slower = {
-        side: {place for place, own in times.items() if own[side].lower > own[EXACT].upper}
-        for side in NETWORKS
-    }
-    counts = " and ".join(f"the {side} network on {len(places)}" for side, places in slower.items())
+    lower, upper = times["lower"], times["upper"]
+    in_kind = lower.index.get_level_values("rung") == IN_KIND
+    kinds = {IN_KIND: in_kind, "one language": ~in_kind}
+    slower = lower[list(NETWORKS)].gt(upper[EXACT], axis="index")
+    counts = " and ".join(f"the {side} network on {slower[side].sum()}" for side in NETWORKS)
     yield ON(
         "networks-faster-than-analytical",
-        {f"{side}, {kind}": not slower[side] & set(kinds[kind]) for side in NETWORKS for kind in kinds},
+        {f"{side}, {kind}": not slower[side][of].any() for side in NETWORKS for kind, of in kinds.items()},
         "Cases: on no rung slower than the exact index, quartiles apart. Of "
-        f"{len(kinds['one language'])} rungs with one language on both sides {counts} are slower.",
+        f"{(~in_kind).sum()} rungs with one language on both sides {counts} are slower.",
     )
-    beaten = {
-        place
-        for place, own in times.items()
-        if any(own[side].upper < own[FEED_FORWARD].lower for side in (EXACT, RADIAL_BASIS))
-    }
+    beaten = upper[[EXACT, RADIAL_BASIS]].lt(lower[FEED_FORWARD], axis="index").any(axis="columns")
     neurons = evidence["instructions"].where().pivot(index="index", columns="side", values="neurons")
     fewer = neurons[RADIAL_BASIS] / neurons[FEED_FORWARD]
     yield ON(
         "feed-forward-fastest",
-        {kind: not beaten & set(places) for kind, places in kinds.items()},
-        f"Cases: never beaten, quartiles apart; it holds in {len(times) - len(beaten)} of {len(times)} comparisons. The network "
+        {kind: not beaten[of].any() for kind, of in kinds.items()},
+        f"Cases: never beaten, quartiles apart; it holds in {(~beaten).sum()} of {len(beaten)} comparisons. The network "
         f"has {fewer['w']:.0f} (w) and {fewer['KCI']:.0f} (KCI) times fewer neurons than the radial-basis network.",
     )
 
 
 def _on_causes(evidence: Evidence, times: Times) -> Iterator[Verdict]:
-    read = {
+    in_kind = {
         name: _follows({index: _as_read(times, index, rung) for index in INDICES})
         for name, (_, rung) in READINGS.items()
     }
-    compiled = _follows({index: times[index, FOOT] for index in INDICES})
+    compiled = _follows({index: times["median"].T[index, FOOT] for index in INDICES})
     note = (
         f"Kendall's τ of six times with the six counts of Table 4. Where both sides are compiled it is {compiled:.2f}: no program "
         "then takes the operations that the table gives the exact indices."
     )
-    yield ON("times-follow-operations", _over(read), note, form="{:.2f}")
+    yield ON("times-follow-operations", _by_reading(in_kind), note, form="{:.2f}")
     # What else the machine does moves a first quartile least.
     quickest = evidence["singular_values"].where().groupby("copy")["lower"]
     different, same = (quickest.max() / quickest.min()).to_numpy()
@@ -164,18 +142,20 @@ def _on_planners(times: Times) -> Iterator[Verdict]:
     fewest, most = SEVERAL_HUNDRED
     note = "No planner is named; the number is taken to calculate with."
     yield ON.underspecified("hundreds-of-configurations", note, f"{fewest} to {most} configurations")
-    saved = {"chosen": PRINTED_SAVING, "planner-iteration=from-300": PRINTED_SAVING}
-    exact = ON.printed("analytical-kci-time") - ON.printed("analytical-w-time")
-    saved["rows-of-the-time-table=kci"] = PRINTED_SAVING + exact / ON.printed("timing-inputs")
-    saved["what-a-run-is=one"] = PRINTED_SAVING * ON.printed("timing-inputs")
+    kci_over_w = ON.printed("analytical-kci-time") - ON.printed("analytical-w-time")
+    saved = {
+        "chosen": PRINTED_SAVING,
+        "planner-iteration=from-300": PRINTED_SAVING,
+        "rows-of-the-time-table=kci": PRINTED_SAVING + kci_over_w / ON.printed("timing-inputs"),
+        "what-a-run-is=one": _OF_TEST_SET,
+    }
     note = (
         f"By the paper's own times {fewest} to {most} configurations save {fewest * PRINTED_SAVING:.2f} to "
         f"{most * PRINTED_SAVING:.2f} s, and a second takes {1 / PRINTED_SAVING:,.0f} of them. The claim holds only if a printed "
         "time is for one configuration."
     )
-    at_most = _over({name: most * own for name, own in saved.items()})
-    yield ON("second-saved-per-iteration", at_most, note, form="{:.2f}", unit="s at most")
-    gain = 1e6 * most * max(saving(times[index, FOOT]) for index in INDICES)
+    yield ON("second-saved-per-iteration", most * _by_reading(saved), note, form="{:.2f}", unit="s at most")
+    gain = 1e6 * most * savings(times).xs(FOOT, level="rung").max()
     note = (
         "The share of a cycle that goes into the index is not printed. With C on both sides a feed-forward network saves "
         f"{gain:.0f} μs over {most} configurations."
@@ -183,22 +163,22 @@ def _on_planners(times: Times) -> Iterator[Verdict]:
     yield ON.underspecified("slightest-gain-counts", note, f"{gain:.0f} μs")
 
 
-def _as_read(times: Times, index: str, rung: str) -> Mapping[str, Timing]:
-    return {**times[index, rung], EXACT: times[index, IN_KIND][EXACT]}
+def _as_read(times: Times, index: str, rung: str) -> pd.Series:
+    """Return median times by side, the exact index as in the paper and the networks on a rung."""
+    of_place = times["median"].T
+    return of_place[index, rung].where(of_place.index != EXACT, of_place[index, IN_KIND])
 
 
-def _follows(times: Mapping[str, Mapping[str, Timing]]) -> float:
+def _follows(times: Mapping[str, pd.Series]) -> float:
     """Return Kendall's τ between the counts of Table 4 and the times of the exact indices and printed networks."""
     counts, taken = [], []
     for index, exact in (("w", "w-operations-table"), ("KCI", "kci-operations")):
-        counts += [
-            ON.printed(exact),
-            *(ON.printed(f"{side}-{index.lower()}-operations") for side in NETWORKS),
-        ]
-        taken += [times[index][side].median for side in (EXACT, *NETWORKS)]
+        claims = [exact, *(f"{side}-{index.lower()}-operations" for side in NETWORKS)]
+        counts += [ON.printed(claim) for claim in claims]
+        taken += list(times[index][[EXACT, *NETWORKS]])
     return float(kendalltau(counts, taken).statistic)
 
 
-def _over(by_reading: Mapping[str, float] | pd.Series) -> pd.Series:
-    own = pd.Series(dict(by_reading))
-    return own.set_axis(pd.MultiIndex.from_product([own.index, [0]], names=["reading", "seed"]))
+def _by_reading(values: Mapping[str, float] | pd.Series) -> pd.Series:
+    series = pd.Series(values)
+    return series.set_axis(pd.MultiIndex.from_product([series.index, [0]], names=["reading", "seed"]))
