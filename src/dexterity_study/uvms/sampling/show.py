@@ -92,7 +92,7 @@ def error_by_rows(stored: Evidence, live: Table) -> Figure:
     fig, ax = plt.subplots()
     groups = _percent(stored["training_sets"].where()).groupby(["index", "method"], sort=False)
     for color, (name, rows) in enumerate(groups):
-        ax.plot(rows.groupby("rows")["fresh"].median(), "o-", label=" ".join(name))
+        ax.plot(rows.groupby("rows")["fresh"].median(), "o-", label=" ".join(map(str, name)))
         ax.plot(rows["rows"], rows["fresh"], ".", color=f"C{color}", alpha=0.3)
     limit = min(load_paper("sotiropoulos2016").printed("feed-forward-testing-error-limit"))
     ax.axhline(100 * limit, color="k", linestyle=":", label="E of the paper")
