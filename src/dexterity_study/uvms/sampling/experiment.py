@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from typing import Any, TypeAlias, cast
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -26,8 +26,8 @@ from dexterity_study.engine.experiment import experiment
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, INDICES, OF_DATA, Rows, Values, compiled
 
 METHODS: tuple[Method, ...] = ("grid", "sobol", "uniform")
+TRAINING_SETS = {"w": (8, (300, 1000, 3000, 10_000)), "KCI": (25, (1000, 3000, 10_000))}
 FROM_VEHICLE = "origin seen from the vehicle, cone"
-SHARES = np.linspace(0, 1, 201)
 SEED_OF_RANGES, SEED_OF_FRESH = 1000, 1001
 SMALL = {"test": 100, "fresh": 500, "epochs": 5}
 CHOICES = {
@@ -56,24 +56,12 @@ SMALL_CASES = (
 )
 
 
-@experiment(
-    seeds=(SEED_OF_RANGES,),
-    keys=("index",),
-    arrays=("w_grid", "w_uniform", "KCI_grid", "KCI_uniform"),
-    smoke={"drawn": 500},
-    data=OF_DATA["data"],
-)
-def values(seed: int, drawn: int = 50_000) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Joints that vary in the space of each index, from 1, and quantiles of the index by kind of draw."""
-    rows, arrays = [], {}
+@experiment(seeds=(SEED_OF_RANGES,), keys=("index",), data=OF_DATA["data"])
+def values(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
+    """Joints that vary in the space of each index, from 1."""
     for name, index in INDICES.items():
-        space = sampling.uvms_space(index.name)
-        rows.append({"index": name, "inputs": " ".join(str(joint + 1) for joint in varying(space))})
-        on_grid = sampling.on_grid(space, drawn, torch.Generator().manual_seed(seed))
-        for kind, q in (("grid", on_grid), ("uniform", draw(space, drawn, seed))):
-            quantiles = np.quantile(compiled(name)[0](q).numpy(), SHARES)
-            arrays[f"{name}_{kind}"] = quantiles.astype(np.float32)
-    return rows, arrays
+        inputs = varying(sampling.uvms_space(index.name))
+        yield {"index": name, "inputs": " ".join(str(joint + 1) for joint in inputs)}
 
 
 @experiment(
@@ -106,23 +94,16 @@ def search_area(
 @experiment(
     seeds=10,
     keys=("index", "method", "neurons", "rows"),
-    smoke={**SMALL, "neurons": (2, 3), "rows": (50, 100), "kci_rows": (100, 200)},
+    smoke={**SMALL, "of": {"w": (2, (50, 100)), "KCI": (3, (100, 200))}},
     **OF_DATA,
 )
-def training_sets(
-    seed: int,
-    neurons: tuple[int, int] = (8, 25),
-    rows: Sequence[int] = (300, 1000, 3000, 10_000),
-    kci_rows: Sequence[int] = (1000, 3000, 10_000),
-    **sizes: Any,
-) -> Rows:
+def training_sets(seed: int, of: Values = TRAINING_SETS, **sizes: Any) -> Rows:
     """Networks of the printed sizes, by kind of draw and rows of the training set."""
-    cases = [("w", method, neurons[0], count) for method in METHODS for count in rows]
-    cases += [("KCI", "grid", neurons[1], count) for count in kci_rows]
-    for index, method, size, count in cases:
+    for index, (neurons, counts) in of.items():
         space = sampling.uvms_space(INDICES[index].name)
-        errors = _errors(index, space, size, count, seed, method=method, **sizes)
-        yield {"index": index, "method": method, "neurons": size, "rows": count, **errors}
+        for method, rows in product(METHODS if index == "w" else METHODS[:1], counts):
+            errors = _errors(index, space, neurons, rows, seed, method=method, **sizes)
+            yield {"index": index, "method": method, "neurons": neurons, "rows": rows, **errors}
 
 
 @experiment(

@@ -13,9 +13,8 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
-from dexterity_study.uvms.feed_forward.experiment import INDICES
 from dexterity_study.uvms.sampling import experiment
-from dexterity_study.uvms.sampling.experiment import CHOICES, SHARES
+from dexterity_study.uvms.sampling.experiment import CHOICES
 from dexterity_study.uvms.sampling.verdicts import TURNED
 
 ERRORS = {
@@ -55,18 +54,6 @@ def areas() -> Figure:
         ax.plot(*area.task_point[:2], "*", color="k", ms=12)
         ax.set(title=CHOICES[reading], xlabel="x [m]", aspect="equal")
     panels[0].set(ylabel="y [m]")
-    return fig
-
-
-def values(stored: Evidence) -> Figure:
-    """Draw the share of the configurations below a value of each index."""
-    fig, panels = plt.subplots(1, 2, figsize=(6.5, 3.2), sharey=True)
-    for ax, name in zip(panels, INDICES, strict=True):
-        for kind, dashes in (("grid", "-"), ("uniform", "--")):
-            ax.plot(stored["values"].array(f"{name}_{kind}")[0], 100 * SHARES, dashes, label=kind)
-        ax.set(xlabel=name)
-    panels[0].set(ylabel="configurations below [%]")
-    panels[0].legend()
     return fig
 
 
