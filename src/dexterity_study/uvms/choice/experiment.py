@@ -162,7 +162,7 @@ def selection(
             }
             broken, expected = round(bias.broken_share * len(passing)), bias.expected_share * restarts
             counts = {"trained": restarts, "accepted": len(passing), "broken": broken, "expected": expected}
-            medians = {name: np.median(each) for name, each in errors.items()}
+            medians = {name: np.median(np.asarray(each)) for name, each in errors.items()}
             yield {"limit": limit, "neurons": size, **counts, **medians}
 
 
