@@ -1,11 +1,7 @@
-"""The chapter on feed-forward networks: settings of the paper, what rows must satisfy, and its own words."""
-
-import numpy as np
-import pandas as pd
-import pytest
+"""The chapter on feed-forward networks: settings of the paper, and what rows must satisfy."""
 
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.uvms.feed_forward import experiment, show
+from dexterity_study.uvms.feed_forward import experiment
 
 PAPER = load_paper("sotiropoulos2016")
 SMALL = {"rows": 200, "test": 100, "epochs": 5}
@@ -71,9 +67,3 @@ def test_formulas_hold_and_the_step_tends_to_its_limits():
     assert row["values"] < 1e-12
     assert row["step"] < 1e-10
     assert max(row["small_damping"], row["large_damping"]) < 1e-2
-
-
-@pytest.mark.parametrize(("level", "says"), [(0.02, "none (2–none)"), (0.035, "2.5 (2–3)"), (0.001, "none")])
-def test_the_smallest_network_is_the_first_that_passes(level, says):
-    errors = pd.DataFrame(np.array([[0.05, 0.01, 0.03], [0.05, 0.04, 0.03]]), columns=[1, 2, 3])
-    assert show.fewest(errors, level) == says

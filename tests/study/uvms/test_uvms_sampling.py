@@ -14,22 +14,19 @@ UVMS = robots.uvms()
 READINGS = ["chosen", *experiment.search_area.readings]
 
 
-@pytest.mark.parametrize("reading", READINGS)
-def test_the_arm_reaches_the_task_point_exactly_from_between_the_radii(reading):
-    space = show.space(reading)
-    q = experiment.draw(space, 500, seed=0)
-    reached = experiment.reaching(UVMS, q, space.task_point)
-    task = q.new_tensor(space.task_point)
-    distance = (experiment.base_pose(UVMS, q)[..., :3, 3] - task).norm(dim=-1)
-    can = reached.isfinite().all(-1)
-    assert torch.equal(can, (distance >= space.r_min) & (distance <= space.r_max))
-    tool = UVMS.forward(reached[can])[:, :3, 3]
-    assert_close(tool, task.expand_as(tool), rtol=0, atol=1e-12)
+def test_the_wrist_moves_between_the_radii_about_the_base_of_the_arm():
+    space, home = show.space("chosen"), torch.zeros(12, dtype=torch.float64)
+    q = home + torch.eye(12)[8] * torch.linspace(0, torch.pi, 50, dtype=torch.float64)[:, None]
+    q[:, :6] = experiment.draw(space, 50, seed=0)[:, :6]
+    q[:, 6:8] = torch.linspace(-1, 1, 50)[:, None]
+    distance = (UVMS.forward(q)[:, :3, 3] - experiment.base_positions(q)).norm(dim=-1)
+    assert (distance.diff() < 0).all()
+    assert_close(distance[[0, -1]], q.new_tensor([space.r_max, space.r_min]), rtol=0, atol=1e-12)
 
 
 def test_bases_of_the_turned_vehicle_lie_inside_the_outline():
     space = dataclasses.replace(show.space(show.TURNED), elevation=0.0)
-    bases = experiment.base_pose(UVMS, experiment.draw(space, 500, seed=0))[..., :3, 3]
+    bases = experiment.base_positions(experiment.draw(space, 500, seed=0))
     base, outline = (
         bases.numpy() - np.array(space.task_point),
         show.outline(space) - np.array(space.task_point),

@@ -1,7 +1,6 @@
 """Networks on points that nothing was chosen by, ways to a better one, the stopping rule, pruning, other systems.
 
-Sources: Sotiropoulos & Aspragathos (2016), sections 4.5 and 5. All errors are relative, Eq. 21. How the networks
-that come with the package are made stands in ``dexterity.studies.shipment``.
+Sources: Sotiropoulos & Aspragathos (2016), sections 4.5 and 5. All errors are relative, Eq. 21.
 """
 
 from __future__ import annotations
@@ -33,7 +32,6 @@ from dexterity_study.uvms.feed_forward.experiment import INDICES, LIMIT, OF_DATA
 KINDS = ("feed-forward", "radial-basis")
 OF_NETWORKS = {**OF_DATA, "data": ("robots/uvms.toml", "networks")}
 OF_ROBOTS = {**OF_DATA, "data": ("robots",)}
-
 _FRESH_SEED, _UNTOUCHED_SEED = 4242, 77
 
 
@@ -154,17 +152,17 @@ def selection(
         biases = {size: acceptance_bias(pool, data.test, others, limit) for size, pool in pools.items()}
         for size in [size for size, bias in biases.items() if bias.accepted.any()][:1]:
             bias = biases[size]
-            kept = [network for network, passes in zip(pools[size], bias.accepted, strict=True) if passes]
-            errors: dict[str, Sequence[float]] = {
-                "testing": bias.testing[bias.accepted].tolist(),
-                "grid": bias.fresh[bias.accepted].tolist(),
-                "between": [judge(network, data.validation).maximum for network in kept],
+            passing = [pools[size][number] for number in np.flatnonzero(bias.accepted)]
+            errors = {
+                "testing": bias.testing[bias.accepted],
+                "grid": bias.fresh[bias.accepted],
+                "between": [judge(network, data.validation).maximum for network in passing],
                 # The ascents of ten networks take long enough.
-                "worst": [worst_case(network, index, space, effort.search).error for network in kept[:10]],
+                "worst": [worst_case(network, index, space, effort.search).error for network in passing[:10]],
             }
-            broken, expected = round(bias.broken_share * len(kept)), bias.expected_share * restarts
-            counts = {"trained": restarts, "accepted": len(kept), "broken": broken, "expected": expected}
-            medians = {name: np.median(each) for name, each in errors.items()}
+            broken, expected = round(bias.broken_share * len(passing)), bias.expected_share * restarts
+            counts = {"trained": restarts, "accepted": len(passing), "broken": broken, "expected": expected}
+            medians = {name: np.median(np.asarray(each)) for name, each in errors.items()}
             yield {"limit": limit, "neurons": size, **counts, **medians}
 
 
@@ -191,9 +189,6 @@ def pruned(
             counts["operations"] = operations.radial_basis(own.view.width, after).total
             counts["feed_forward_operations"] = operations.feed_forward(own.view.width, feed_forward).total
             yield {"index": name, "spread": spread, "allowed": allowed, **counts}
-
-
-_TRANSLATIONS, _OUT_OF_PLANE, _TILTS = (0, 1, 2), (2, 3, 4), (3, 4)
 
 
 @experiment(
@@ -227,23 +222,24 @@ def _systems() -> Iterator[tuple[str, str, Chain, str, Index, tuple[int, ...]]]:
     """Yield claim, system, chain, index with its name, and joints held at zero."""
     uvms, puma, on_vehicle = robots.uvms(), robots.puma560(), torch.eye(4, dtype=torch.float64)
     on_vehicle[1, 3] = robots.describe("uvms").lengths["y_MB"]
+    translations, tilts = (0, 1, 2), (3, 4)
     for claim, system, chain, still in (
         ("any-uvms", "UVMS in other postures", uvms, ()),
         ("any-uvms", "docking arm on a vehicle", robots.docking_arm().on_vehicle(on_vehicle), ()),
-        ("any-uvms", "UVMS with pitch and roll passive", uvms, _TILTS),
+        ("any-uvms", "UVMS with pitch and roll passive", uvms, tilts),
         ("space-robots", "PUMA 560 on a free base", puma.on_vehicle(on_vehicle), ()),
-        ("mobile-robots", "UVMS confined to a plane", uvms, _OUT_OF_PLANE),
+        ("mobile-robots", "UVMS confined to a plane", uvms, (2, *tilts)),
     ):
         rates = tuple(float(joint not in still) for joint in range(chain.joints))
         for name, index in INDICES.items():
-            yield claim, system, chain, name, replace(index, joint_rates=rates), (*_TRANSLATIONS, *still)
+            yield claim, system, chain, name, replace(index, joint_rates=rates), (*translations, *still)
     slow = (0.5,) * 3 + (0.3,) * 3 + (1.0,) * 6
     for name, index in {
         "w, slow vehicle": Index("manipulability", joint_rates=slow),
         "KCI, slow vehicle": Index("kinematic_conditioning", joint_rates=slow),
         "KCI of the tool, body frame": Index("kinematic_conditioning", "body"),
     }.items():
-        yield "library-of-indices", "UVMS in other postures", uvms, name, index, _TRANSLATIONS
+        yield "library-of-indices", "UVMS in other postures", uvms, name, index, translations
     yield "library-of-indices", "PUMA 560, fixed", puma, "w", INDICES["w"], ()
 
 

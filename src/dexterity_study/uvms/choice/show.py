@@ -21,28 +21,20 @@ def percents(values: Mapping[str, float], title: str) -> Markup:
     return show(pd.Series(values, name=title), "{:.2%}")
 
 
-def ways(stored: Evidence) -> Markup:
-    """Set errors by way of training, over the seeds."""
-    rows = stored["ways"].where()
-    metrics = {"most": "99.9 % below", "sampled": "largest sampled", "worst": "by ascent"}
-    sizes = rows.groupby("way", sort=False)[["neurons", "rows"]].first()
-    return show(sizes.join(over_seeds(rows, "way", metrics, "{:.1%}")).rename_axis(None))
-
-
 def errors_by_way(stored: Evidence) -> Figure:
     """Draw the largest error by way of training, every seed a dot."""
     fig, ax = plt.subplots(figsize=(6.8, 4.8))
-    for color, (metric, marker, shift) in enumerate((("sampled", "o", -0.15), ("worst", "^", 0.15))):
+    for color, metric, label, marker in (
+        ("C0", "sampled", "sampled", "o"),
+        ("C1", "worst", "by ascent", "^"),
+    ):
         errors = stored["ways"].by_seed(metric, over="way")
-        label = {"sampled": "sampled", "worst": "by ascent"}[metric]
-        dots = ax.plot(
-            100 * errors.T, np.arange(errors.shape[1]) + shift, marker, ms=4, alpha=0.6, color=f"C{color}"
-        )
+        at = np.arange(errors.shape[1])
+        dots = ax.plot(100 * errors.T, at, marker, ms=4, alpha=0.6, color=color)
         dots[0].set_label(label)
     limit = load_paper("sotiropoulos2016").printed("all-networks-within-two-per-cent")
     ax.axvline(100 * limit, color="0.4", linestyle="--", label="accepted by the paper")
-    ax.set(xscale="log", xlabel="largest relative error [%]")
-    ax.set(yticks=np.arange(errors.shape[1]), yticklabels=errors.columns)
+    ax.set(xscale="log", xlabel="largest relative error [%]", yticks=at, yticklabels=errors.columns)
     ax.invert_yaxis()
     ax.legend(fontsize="small")
     return fig

@@ -29,8 +29,8 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     }.items():
         medians = systems[claim]
         cases = {", ".join(names): bool(error <= limit) for names, error in medians.items()}
-        ours = f"{sum(cases.values())} of {len(cases)} within {limit:.0%}, medians {medians.min():.1%} to {medians.max():.1%}"
-        yield on(claim, cases, note, ours=ours)
+        span = f"medians {medians.min():.1%} to {medians.max():.1%}"
+        yield on(claim, cases, note, ours=f"{sum(cases.values())} of {len(cases)} within {limit:.0%}, {span}")
     counts = evidence["cards"].where(index="w", kind="feed-forward").iloc[0]
     yield on.out_of_scope(
         "networks-in-hardware",

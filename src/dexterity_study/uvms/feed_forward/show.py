@@ -12,11 +12,9 @@ from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show, with_range
+from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LARGER, LIMIT, TRAINED_ON
 from dexterity_study.uvms.feed_forward.verdicts import ends
-
-RULES = {"factor": "toolbox's rule", "gain_ratio": "gain ratio"}
 
 
 def trials(design: Design) -> Markup:
@@ -28,13 +26,12 @@ def trials(design: Design) -> Markup:
 def error_by_size(stored: Evidence, live: Table) -> Figure:
     """Draw the testing error against neurons, Figs. 10 and 14 of the paper."""
     fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.6))
-    colors = {AS_PRINTED: "C1", TRAINED_ON: "C0"}
     loop = stored["loop"].where(index="KCI").assign(kind=AS_PRINTED)
-    stored_rows = pd.concat([stored["sizes"].where(), loop])
+    rows_of = pd.concat([stored["sizes"].where(), loop]).groupby(["index", "kind"]).get_group
     for ax, index, ticks in zip(panels, GOALS, ((0.1, 0.2, 0.5, 1, 2), (2, 5, 10, 20)), strict=True):
-        for kind, color in colors.items():
-            asked = (stored_rows["index"] == index) & (stored_rows["kind"] == kind)
-            errors = 100 * stored_rows[asked].pivot(index="neurons", columns="seed", values="testing_error")
+        for kind, color in ((AS_PRINTED, "C1"), (TRAINED_ON, "C0")):
+            rows = rows_of((index, kind))
+            errors = 100 * rows.pivot(index="neurons", columns="seed", values="testing_error")
             ax.plot(errors, color=color, lw=0.7, alpha=0.3)
             ax.plot(errors.median(axis=1), "o-", color=color, ms=4, label=kind)
         rows = live.where(index=index, kind=TRAINED_ON)
@@ -52,38 +49,23 @@ def error_by_size(stored: Evidence, live: Table) -> Figure:
 
 def loops(stored: Evidence) -> Markup:
     """Set where the printed loop ends, and what the networks that it returns are worth."""
-    rows = pd.concat([ends(stored, index) for index in GOALS])
-    groups = rows.groupby(["index", "reading"], sort=False)
-    columns = {"loops": groups.size(), "of them passed": groups["passes"].sum()}
-    forms = {"neurons": ("neurons at the end", "{:g}"), "testing_error": ("testing error there", "{:.2%}")}
-    forms |= {"fresh": ("error on fresh points", "{:.2%}"), "above": ("fresh points above E", "{:.2%}")}
-    columns |= {title: groups[name].apply(with_range, form=form) for name, (title, form) in forms.items()}
-    return show(pd.DataFrame(columns).rename_axis([None, None]))
-
-
-def smallest(stored: Evidence) -> Markup:
-    """Set the fewest neurons for w with which a testing error is kept, over the seeds."""
-    table: dict[str, dict[str, str]] = {}
-    for kind in (AS_PRINTED, TRAINED_ON):
-        errors = stored["sizes"].by_seed("testing_error", over="neurons", index="w", kind=kind)
-        table[kind] = {f"{level:g} %": fewest(errors, level / 100) for level in (2, 1, 0.5, 0.1)}
-    return show(pd.DataFrame(table))
-
-
-def fewest(errors: pd.DataFrame, level: float) -> str:
-    """Write the fewest neurons (columns) with which an error is within a level, over the seeds (rows)."""
-    passes = errors <= level
-    return with_range(passes.idxmax(axis=1).where(passes.any(axis=1), np.inf), "{:g}").replace("inf", "none")
+    rows, keys = pd.concat([ends(stored, index) for index in GOALS]), ["index", "reading"]
+    groups = rows.groupby(keys, sort=False)
+    counts = pd.DataFrame({"loops": groups.size(), "of them passed": groups["passes"].sum()})
+    sizes = over_seeds(rows, keys, {"neurons": "neurons at the end"}, "{:g}")
+    metrics = {"testing_error": "testing error there", "fresh": "error on fresh points"}
+    errors = over_seeds(rows, keys, metrics | {"above": "fresh points above E"}, "{:.2%}")
+    return show(counts.join([sizes, errors]).rename_axis([None, None]))
 
 
 def error_by_epoch(stored: Evidence) -> Figure:
     """Draw the mean square error against epochs without a goal, Figs. 11 and 15 of the paper."""
     fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.4))
     for ax, (index, goal) in zip(panels, GOALS.items(), strict=True):
-        for color, rule in (("C1", "factor"), ("C0", "gain_ratio")):
+        for color, rule, label in (("C1", "factor", "toolbox's rule"), ("C0", "gain_ratio", "gain ratio")):
             histories = stored["printed_sizes"].array(f"{index}_{rule}")
             ax.plot(histories.T, color=color, lw=0.7, alpha=0.3)
-            ax.plot(np.median(histories, axis=0), color=color, label=RULES[rule])
+            ax.plot(np.median(histories, axis=0), color=color, label=label)
         ax.axhline(goal, color="k", ls="--", label="goal of the paper")
         ax.set(yscale="log", title=f"{index}, {LARGER[index][0]} neurons", xlabel="epochs")
     panels[0].set(ylabel="mean square error")
@@ -100,9 +82,3 @@ def judged(stored: Evidence) -> Markup:
     metrics = {"testing_error": "test set", "between": "between grid points", "fresh": "many more"}
     keys = ["index", "training", "neurons", "rows", "reading"]
     return show(over_seeds(changed, keys, metrics, "{:.2%}").reset_index())
-
-
-def times(stored: Evidence) -> Markup:
-    """Set the time of a training step [ms], by rows and neurons."""
-    rows = stored["training_times"].where()
-    return show(1e3 * rows.pivot(index="rows", columns="neurons", values="median"))
