@@ -166,7 +166,7 @@ def _stage(title: str) -> Scene:
     scene.add_path([*CORNERS.values(), CORNERS["K"]], name="task area")
     turn = np.linspace(-0.5 * np.pi, np.pi, 13)
     hook = np.stack([0.04 * np.cos(turn), 0 * turn, 0.12 + 0.04 * np.sin(turn)], axis=1)
-    scene.add_path([(0.0, 0.0, 0.0), *hook], name="hook", color="black")
+    scene.add_path(np.vstack([np.zeros(3), hook]), name="hook", color="black")
     return scene
 
 
