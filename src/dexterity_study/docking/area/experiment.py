@@ -6,7 +6,6 @@ Source: Sotiropoulos, Aspragathos & Andritsos (2011), Eqs. 1, 2 and 16, Figs. 9 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import torch
@@ -28,6 +27,7 @@ MATCH = 1.5e-3
 """Largest difference of angles that match [rad], three half units of the last printed digit."""
 
 TOOLS = {"up": docking.TOOL_UP, "down": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))}
+SIDES = (2, 3, 5, 9)
 OF_PAPER = {**cases.PAPER, **cases.ROUNDING}
 BY_ARM = {"assumes": ("fitted-arm",), "readings": (cases.ARMS["fitted"],), **OF_PAPER}
 BY_TOOL = {
@@ -88,13 +88,7 @@ def maps(seed: int, reading: Values, per_side: int = 101) -> tuple[list[Any], di
 
 
 @experiment(keys=("points",), smoke={"drawn": 5_000, "fine_per_side": 9}, **BY_TOOL, **cases.OF_DATA)
-def control_points(
-    seed: int,
-    reading: Values,
-    drawn: int = 1_000_000,
-    fine_per_side: int = 41,
-    sides: Sequence[int] = (2, 3, 5, 9),
-) -> Rows:
+def control_points(seed: int, reading: Values, drawn: int = 1_000_000, fine_per_side: int = 41) -> Rows:
     """Smallest w of a fine grid beside that of few control points, over random poses that reach all corners."""
     tool = TOOLS[reading["tool-orientation"]]
     problem = docking.DockingProblem(cases.arm_of(reading), region="or", tool=tool)
@@ -102,9 +96,9 @@ def control_points(
     poses = poses[problem.area_manipulability(poses) > 0]
     fine, *coarse = (
         docking.area_manipulability(problem.arm, poses, docking.square(0.2, per_side), tool)
-        for per_side in (fine_per_side, *sides)
+        for per_side in (fine_per_side, *SIDES)
     )
-    for per_side, at_points in zip(sides, coarse, strict=True):
+    for per_side, at_points in zip(SIDES, coarse, strict=True):
         kept = (fine / at_points)[at_points > 0]
         dead = (kept == 0).double().mean()
         yield {"points": per_side**2, "kept": kept.median(), "worst": kept.min(), "dead": dead}

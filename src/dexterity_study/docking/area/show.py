@@ -1,42 +1,22 @@
-"""Figures, tables and scenes of the chapter on the area manipulability."""
+"""Figures and tables of the chapter on the area manipulability."""
 
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
-from torch import Tensor
 
-from dexterity import docking, robots, scenes
-from dexterity.chain import Chain
 from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.docking.area.experiment import ANGLES, COMPARED
 from dexterity_study.docking.area.verdicts import matches
-from dexterity_study.docking.cases import ARMS, CORNERS, configuration_at, printed_poses
-from dexterity_study.docking.inverse_kinematics.show import PALETTE
+from dexterity_study.docking.cases import ARMS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 
 AREA = (-0.2, 0.2, -0.2, 0.2)
-
-
-def corners_scene() -> scenes.Scene:
-    """Set the fitted arm at the four corners, from the first pose of Table 3."""
-    title = "The fitted arm at the four corners of the task area, from the first docking pose"
-    scene = scenes.Scene(title, view_from=(-1, 0.4, 0.7))
-    add_arms_at_corners(scene, robots.docking_arm("fitted"), printed_poses()[0])
-    scene.add_path([*CORNERS.values(), CORNERS["K"]], name="task area")
-    return scene
-
-
-def add_arms_at_corners(scene: scenes.Scene, arm: Chain, pose: Tensor) -> None:
-    """Add the arm on its base at a pose (4,), at every corner that it reaches."""
-    for corner, color in zip(CORNERS, PALETTE, strict=True):
-        if (q := configuration_at(arm, pose, corner)) is not None:
-            scene.add_chain(docking.on_base(arm, pose), q, name=corner, axes=False, color=color)
 
 
 def by_arm(table: Table) -> pd.DataFrame:

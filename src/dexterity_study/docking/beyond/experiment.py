@@ -76,6 +76,7 @@ def optimum(
     for face, tilt in some:
         own = extended(reading, face, tilt)
         objective, boxes = partial(worth, own), own.boxes if face == "side" else own.boxes[:1]
+        seeds = range(seed, seed + evolutions)
         best = by_grids(own, objective, boxes, **{**GRIDS, **grids})
         yield {
             "face": face,
@@ -83,7 +84,7 @@ def optimum(
             **dict(zip(TILTED if own.tilt else VARIABLES, best.pose, strict=True)),
             "area_manipulability": best.area_manipulability,
             "value": best.search.value,
-            "evolved": evolved(objective, boxes, range(seed, seed + evolutions), generations),
+            "evolved": evolved(objective, boxes, seeds, maxiter=generations),
             "lowest": lowest_point(best.pose),
         }
 

@@ -17,7 +17,7 @@ from dexterity_study.docking.beyond.experiment import TILTED, genetic
 from dexterity_study.docking.beyond.verdicts import shares
 from dexterity_study.docking.cases import CASES, arm_of
 from dexterity_study.docking.search.experiment import VARIABLES
-from dexterity_study.docking.search.show import LABELS, STYLES, written
+from dexterity_study.docking.search.show import LABELS, written
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show, with_range
@@ -60,19 +60,6 @@ def rates(stored: Evidence) -> Markup:
     """Set how many poses a second are rated, by number of control points."""
     rate = stored["rates"].where().set_index("points")["rate"].rename("{} points".format)
     return show(pd.DataFrame({"poses a second": rate, "slower than with 4": rate.iloc[0] / rate}), "{:.3g}")
-
-
-def by_tilt(stored: Evidence) -> Figure:
-    """Draw the best M_a as roll and pitch are set free."""
-    fig, ax = plt.subplots(figsize=(6.8, 3.2))
-    for case, reading in CASES.items():
-        flat = stored["points"].where(reading, points=4)["at_points"]
-        hover = stored["optimum"].where(reading, face="top").set_index("tilt")["area_manipulability"]
-        best = pd.concat([flat.set_axis([0.0]), hover])
-        ax.plot(best.index, best, marker="o", ms=3, **STYLES[case])
-    ax.set(xlabel="largest roll and pitch [rad]", ylabel="best M_a [m³]", ylim=(0, None))
-    ax.legend()
-    return fig
 
 
 def optimum(stored: Evidence, face: str) -> Markup:

@@ -94,7 +94,7 @@ def optimum(seed: int, reading: Values, evolutions: int = 3, generations: int = 
         "fitness": best.fitness,
         "area_manipulability": best.area_manipulability,
         "distance": best.distance,
-        "evolved": evolved(problem.objective, problem.boxes, seeds, generations),
+        "evolved": evolved(problem.objective, problem.boxes, seeds, maxiter=generations),
         "on_lattice": max(_on_lattice(problem, image, reading["precision"]) for image in images),
         "tied": ((worth / best.area_manipulability - 1).abs() < 1e-9).sum(),
         "nearest_image": distances.min(),
@@ -155,10 +155,10 @@ def peers(seed: int, reading: Values, generations: int = 500) -> Rows:
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     found = docking.genetic_docking(problem, seed, options, reading["precision"])
     count, everywhere = found.search.evaluations, [(problem.lower, problem.upper)]
-    own = {"generations": count // POPULATION - 1, "popsize": POPULATION // len(problem.lower)}
+    own = {"maxiter": count // POPULATION - 1, "popsize": POPULATION // len(problem.lower)}
     yield {
         "genetic": found.fitness,
-        "differential evolution": evolved(problem.fitness, everywhere, [seed], **own, tol=0.0),
+        "differential evolution": evolved(problem.fitness, everywhere, [seed], **own, tol=0.0, atol=0.0),
         "CMA-ES": _by_cma(problem, count, seed),
     }
 
@@ -242,23 +242,15 @@ def by_grids(
     return docking.Docking.at(problem, max(searches, key=lambda search: search.value))
 
 
-def evolved(
-    objective: Objective,
-    boxes: Iterable[Box],
-    seeds: Iterable[int],
-    generations: int,
-    popsize: int = 30,
-    tol: float = 1e-10,
-) -> float:
+def evolved(objective: Objective, boxes: Iterable[Box], seeds: Iterable[int], **options: Any) -> float:
     """Return the largest objective in some boxes that differential evolution finds."""
-    options: dict[str, Any] = {"vectorized": True, "updating": "deferred", "polish": False}
-    options |= {"popsize": popsize, "maxiter": generations, "tol": tol, "atol": tol}
+    defaults = {"popsize": 30, "tol": 1e-10, "atol": 1e-10, "updating": "deferred", "polish": False}
 
     def cost(x: np.ndarray) -> np.ndarray:
         return -objective(torch.tensor(x.T)).numpy()
 
-    tries = [(_bounds(box), seed) for box in boxes for seed in seeds]
-    return max(-float(differential_evolution(cost, box, seed=seed, **options).fun) for box, seed in tries)
+    tries = [(_bounds(box), {**defaults, "seed": seed, **options}) for box in boxes for seed in seeds]
+    return max(-float(differential_evolution(cost, box, vectorized=True, **own).fun) for box, own in tries)
 
 
 def _bounds(box: Box) -> Bounds:

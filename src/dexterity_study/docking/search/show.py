@@ -18,8 +18,8 @@ from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
 from dexterity.search import GeneticSearch
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.docking.area.show import add_arms_at_corners
-from dexterity_study.docking.cases import CASES, CORNERS, arm_of
+from dexterity_study.docking.cases import CASES, CORNERS, arm_of, configuration_at
+from dexterity_study.docking.inverse_kinematics.show import PALETTE
 from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES, VEHICLE, genetic
 from dexterity_study.docking.search.verdicts import found, optima
 from dexterity_study.engine.evidence import Evidence
@@ -122,27 +122,21 @@ def front(stored: Evidence) -> Figure:
 
 
 def table_3(stored: Evidence) -> Markup:
-    """Set the printed runs beside what their poses are worth to our arms."""
+    """Set the printed runs, and how far the vehicle's foot has to move to their poses."""
     names = ("x [m]", "y [m]", "z [m]", "ψ [rad]", "M_a printed", "fitness printed")
     claims = (*(f"poses-{name}" for name in VARIABLES), "area-manipulability-of-runs", "fitness-of-runs")
-    rows = stored["table_3"].where(None).set_index(["run", "reading"]).unstack("reading")
     printed = {name: PAPER.printed(claim) for name, claim in zip(names, claims, strict=True)}
-    ours = {f"M_a, {arm}": rows["area_manipulability", CASES[f"{arm}, and"]] for arm in ("stated", "fitted")}
-    table = pd.DataFrame({**printed, **ours, "D [m]": rows["distance", "chosen"]}, index=rows.index)
-    return show(table)
-
-
-def weights(stored: Evidence) -> Markup:
-    """Set the weights that come nearest to the printed fitness."""
-    found = stored["printed_fitness"].where().iloc[0][["a", "b", "misfit"]]
-    return show(found.rename({"misfit": "missed by at least"}).rename("best weights"))
+    distance = stored["table_3"].where().set_index("run")["distance"]
+    return show(pd.DataFrame({**printed, "D [m]": distance}, index=distance.index))
 
 
 def docked_scene(title: str, pose: Tensor, reading: str = "fitted-arm=fitted") -> Scene:
     """Set the block, the hook, the vehicle docked at a pose (4,), and the arm at every corner it reaches."""
-    scene = _stage(title)
+    scene, arm = _stage(title), arm_of(genetic.reading(reading))
     scene.add_box(BODY, pose=docking.base_pose(pose) @ _body_on_base(), name="vehicle")
-    add_arms_at_corners(scene, arm_of(genetic.reading(reading)), pose)
+    for corner, color in zip(CORNERS, PALETTE, strict=True):
+        if (q := configuration_at(arm, pose, corner)) is not None:
+            scene.add_chain(docking.on_base(arm, pose), q, name=corner, axes=False, color=color)
     return scene
 
 
