@@ -34,7 +34,7 @@ def times(stored: Evidence) -> Markup:
             poses = f"{teaching.median / saved:,.0f}" if pays else "–"
             rows[arm, one.name] = (f"{1e6 * one.median:.3g}", str(slower), poses)
     columns = ["a pose [μs]", "over the network's", "poses that pay for teaching"]
-    return show(pd.DataFrame.from_dict(rows, orient="index", columns=columns))
+    return show(pd.DataFrame(rows, index=columns).T)
 
 
 def searches(stored: Evidence) -> Markup:
