@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -10,7 +11,7 @@ from typing import Any, TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import docking, indices, robots, store
+from dexterity import docking, indices, robots, spatial, store
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
 
@@ -75,7 +76,29 @@ def printed_poses() -> Tensor:
 def configuration_at(arm: Chain, pose: Tensor, corner: str) -> Tensor | None:
     """Return the most dexterous configuration (6,) within the limits at a corner; None if there is none."""
     q, valid, within = docking.configurations(arm, pose, [CORNERS[corner]])
-    allowed = q[0][(valid & within)[0]]
+    allowed = q[valid & within]
     if len(allowed) == 0:
         return None
     return allowed[indices.manipulability(arm.geometric_jacobian(allowed)).argmax()]
+
+
+def drawn_joints(count: int, seed: int) -> Tensor:
+    """Draw joint values (count, 6) from a full turn."""
+    random = torch.Generator().manual_seed(seed)
+    return (2 * torch.rand(count, 6, generator=random, dtype=torch.float64) - 1) * math.pi
+
+
+def drawn_poses(problem: DockingProblem, count: int, seed: int) -> Tensor:
+    """Draw so many poses of the whole box, and return those that are allowed."""
+    random = torch.Generator().manual_seed(seed)
+    unit = torch.rand(count, len(problem.lower), generator=random, dtype=torch.float64)
+    poses = problem.lower + (problem.upper - problem.lower) * unit
+    return poses[problem.allows(poses)]
+
+
+def quarter_turned(poses: Tensor, turns: int) -> Tensor:
+    """Turn poses (..., 4) by quarter turns about z; the square area looks the same."""
+    angle = turns * math.pi / 2
+    turn = docking.base_pose([0.0, 0.0, 0.0, angle])
+    yaw = spatial.wrap_to_pi(poses[..., 3:] + angle)
+    return torch.cat([spatial.apply(turn, poses[..., :3]), yaw], dim=-1)

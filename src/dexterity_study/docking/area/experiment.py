@@ -6,7 +6,6 @@ Source: Sotiropoulos, Aspragathos & Andritsos (2011), Eqs. 1, 2 and 16, Figs. 9 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import torch
@@ -16,17 +15,8 @@ from dexterity import docking, spatial
 from dexterity.chain import Chain
 from dexterity.docking.elbow import ElbowArm
 from dexterity.inverse_kinematics import copies_within_limits, spherical_wrist
-from dexterity_study.docking.cases import (
-    ARMS,
-    CORNERS,
-    OF_DATA,
-    OF_LEDGER,
-    PAPER,
-    ROUNDING,
-    arm_of,
-    printed,
-    printed_poses,
-)
+from dexterity_study.docking import cases
+from dexterity_study.docking.cases import Rows, Values
 from dexterity_study.engine.experiment import experiment
 
 ANGLES = ("θ1", "θ2", "θ3", "θ4", "θ5", "θ6")
@@ -37,63 +27,58 @@ MATCH = 1.5e-3
 """Largest difference of angles that match [rad], three half units of the last printed digit."""
 
 TOOLS = {"up": docking.TOOL_UP, "down": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))}
-BY_ARM = {"assumes": ("fitted-arm",), "readings": (ARMS["fitted"],), **PAPER, **ROUNDING}
+SIDES = (2, 3, 5, 9)
+OF_PAPER = {**cases.PAPER, **cases.ROUNDING}
+BY_ARM = {"assumes": ("fitted-arm",), "readings": (cases.ARMS["fitted"],), **OF_PAPER}
 BY_TOOL = {
-    **BY_ARM,
     "assumes": ("fitted-arm", "tool-orientation"),
-    "readings": (ARMS["fitted"], "tool-orientation=down"),
+    "readings": (cases.ARMS["fitted"], "tool-orientation=down"),
+    **OF_PAPER,
 }
 
 
-@experiment(smoke={"configurations": 200}, **BY_ARM, **OF_DATA)
-def closed_form(
-    seed: int, reading: Mapping[str, Any], configurations: int = 20_000
-) -> Iterator[dict[str, Any]]:
+@experiment(smoke={"configurations": 200}, **BY_ARM, **cases.OF_DATA)
+def closed_form(seed: int, reading: Values, configurations: int = 20_000) -> Rows:
     """Largest difference of the closed form of w from the determinant, and largest w with the tool upright [m³]."""
-    arm = arm_of(reading)
+    arm = cases.arm_of(reading)
     # Limits would leave aside some of the branches whose largest w is compared.
     free = Chain(arm.screws, arm.home, lower=[-math.pi] * 6, upper=[math.pi] * 6)
     elbow = elbow_of(free)
-    random = torch.Generator().manual_seed(seed)
-    unit = torch.rand(configurations, 6, generator=random, dtype=torch.float64)
-    T = free.forward((2 * unit - 1) * math.pi)
+    T = free.forward(cases.drawn_joints(configurations, seed))
     w = torch.linalg.det(free.geometric_jacobian(spherical_wrist(free, T)[0])).abs().amax(-1)
     error = (elbow.manipulability(T[:, :3, 3].mT, T[:, :3, 0].mT) - w).abs().max()
     yield {"error": error, "cap": _largest_upright(elbow)}
 
 
-@experiment(keys=("run",), **BY_TOOL, **OF_LEDGER)
-def runs(seed: int, reading: Mapping[str, Any]) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+@experiment(keys=("run",), **BY_TOOL, **cases.OF_LEDGER)
+def runs(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """Area manipulability at the poses of Table 3 [m³]."""
-    corners, tool = docking.square(0.2), TOOLS[reading["tool-orientation"]]
-    areas = docking.area_manipulability(arm_of(reading), printed_poses(), corners, tool)
+    arm, tool = cases.arm_of(reading), TOOLS[reading["tool-orientation"]]
+    areas = docking.area_manipulability(arm, cases.printed_poses(), docking.square(0.2), tool)
     yield from ({"run": run, "area": area} for run, area in enumerate(areas.tolist(), start=1))
 
 
-@experiment(keys=("corner",), **BY_TOOL, **OF_LEDGER)
-def angles(seed: int, reading: Mapping[str, Any]) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+@experiment(keys=("corner",), **BY_TOOL, **cases.OF_LEDGER)
+def angles(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """Angles of Table 4 less those of the nearest branch [rad], and how far they put the tool off the corner [m]."""
-    arm, pose = arm_of(reading), printed_poses()[0]
-    for corner, point in CORNERS.items():
-        own = printed(f"configuration-{corner.lower()}")
-        tool = (docking.base_pose(pose) @ arm.forward(own))[:3, 3]
+    arm, pose = cases.arm_of(reading), cases.printed_poses()[0]
+    for corner, point in cases.CORNERS.items():
+        own = cases.printed(f"configuration-{corner.lower()}")
+        tool = docking.on_base(arm, pose).forward(own)[:3, 3]
         q, valid, _ = docking.configurations(arm, pose, [point], TOOLS[reading["tool-orientation"]])
-        misses = _misses(arm, own, q[0][valid[0]]) if valid.any() else []
-        yield {
-            "corner": corner,
-            "off": (tool - tool.new_tensor(point)).norm(),
-            **dict(zip(ANGLES, misses, strict=False)),
-        }
+        misses = _misses(arm, own, q[valid]) if valid.any() else []
+        off = (tool - tool.new_tensor(point)).norm()
+        yield {"corner": corner, "off": off, **dict(zip(ANGLES, misses, strict=False))}
 
 
-@experiment(keys=("pose",), arrays=("w",), smoke={"per_side": 9}, **BY_TOOL, **OF_LEDGER)
-def maps(seed: int, reading: Mapping[str, Any], per_side: int = 101) -> tuple[list[Any], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+@experiment(keys=("pose",), arrays=("w",), smoke={"per_side": 9}, **BY_TOOL, **cases.OF_LEDGER)
+def maps(seed: int, reading: Values, per_side: int = 101) -> tuple[list[Any], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
     """Shares of the task area with at least half of the largest w and with none; every other point of the maps."""
-    poses = {"first run": printed_poses()[0], "ill placed": printed("ill-placed-pose")}
+    poses = {"first run": cases.printed_poses()[0], "ill placed": cases.printed("ill-placed-pose")}
     points, half = docking.square(0.2, per_side), (per_side + 1) // 2
-    tool, rows, drawn = TOOLS[reading["tool-orientation"]], [], []
+    arm, tool, rows, drawn = cases.arm_of(reading), TOOLS[reading["tool-orientation"]], [], []
     for name, pose in poses.items():
-        w = docking.largest_manipulability(arm_of(reading), pose, points, tool).reshape(per_side, per_side)
+        w = docking.largest_manipulability(arm, pose, points, tool).reshape(per_side, per_side)
         high, dead = (w >= w.max() / 2).double().mean(), (w == 0).double()
         # K is the first point, and the first quarter of the area the one about it.
         near_k = dead[:half, :half].mean() / 4
@@ -102,30 +87,19 @@ def maps(seed: int, reading: Mapping[str, Any], per_side: int = 101) -> tuple[li
     return rows, {"w": torch.stack(drawn)}
 
 
-@experiment(keys=("points",), smoke={"drawn": 5_000, "fine_per_side": 9}, **BY_TOOL, **OF_DATA)
-def control_points(
-    seed: int,
-    reading: Mapping[str, Any],
-    drawn: int = 1_000_000,
-    fine_per_side: int = 41,
-    sides: Sequence[int] = (2, 3, 5, 9),
-) -> Iterator[dict[str, Any]]:
+@experiment(keys=("points",), smoke={"drawn": 5_000, "fine_per_side": 9}, **BY_TOOL, **cases.OF_DATA)
+def control_points(seed: int, reading: Values, drawn: int = 1_000_000, fine_per_side: int = 41) -> Rows:
     """Smallest w of a fine grid beside that of few control points, over random poses that reach all corners."""
     tool = TOOLS[reading["tool-orientation"]]
-    problem = docking.DockingProblem(arm_of(reading), region="or", tool=tool)
-    random = torch.Generator().manual_seed(seed)
-    unit = torch.rand(drawn, 4, generator=random, dtype=torch.float64)
-    poses = problem.lower + (problem.upper - problem.lower) * unit
-    poses = poses[problem.allows(poses)]
+    problem = docking.DockingProblem(cases.arm_of(reading), region="or", tool=tool)
+    poses = cases.drawn_poses(problem, drawn, seed)
     poses = poses[problem.area_manipulability(poses) > 0]
-
-    def area(per_side: int) -> Tensor:
-        return docking.area_manipulability(problem.arm, poses, docking.square(0.2, per_side), tool)
-
-    fine = area(fine_per_side)
-    for per_side in sides:
-        coarse = area(per_side)
-        kept = (fine / coarse)[coarse > 0]
+    fine, *coarse = (
+        docking.area_manipulability(problem.arm, poses, docking.square(0.2, per_side), tool)
+        for per_side in (fine_per_side, *SIDES)
+    )
+    for per_side, at_points in zip(SIDES, coarse, strict=True):
+        kept = (fine / at_points)[at_points > 0]
         dead = (kept == 0).double().mean()
         yield {"points": per_side**2, "kept": kept.median(), "worst": kept.min(), "dead": dead}
 

@@ -1,4 +1,4 @@
-"""Figures, tables and scenes of the chapter on the area manipulability."""
+"""Figures and tables of the chapter on the area manipulability."""
 
 from __future__ import annotations
 
@@ -6,29 +6,17 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dexterity import docking, robots, scenes
 from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.docking.area.experiment import ANGLES, COMPARED
 from dexterity_study.docking.area.verdicts import matches
-from dexterity_study.docking.cases import ARMS, CORNERS, configuration_at, printed_poses
-from dexterity_study.docking.inverse_kinematics.show import PALETTE
+from dexterity_study.docking.cases import ARMS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 
-
-def corners_scene() -> scenes.Scene:
-    """Set the fitted arm at the four corners, from the first pose of Table 3."""
-    title = "The fitted arm at the four corners of the task area, from the first docking pose"
-    scene = scenes.Scene(title, view_from=(-1, 0.4, 0.7))
-    arm, pose = robots.docking_arm("fitted"), printed_poses()[0]
-    for corner, color in zip(CORNERS, PALETTE, strict=True):
-        if (q := configuration_at(arm, pose, corner)) is not None:
-            scene.add_chain(docking.on_base(arm, pose), q, name=corner, axes=False, color=color)
-    scene.add_path([*CORNERS.values(), CORNERS["K"]], name="task area")
-    return scene
+AREA = (-0.2, 0.2, -0.2, 0.2)
 
 
 def by_arm(table: Table) -> pd.DataFrame:
@@ -56,18 +44,15 @@ def runs(stored: Evidence) -> Markup:
 def maps(stored: Evidence) -> Figure:
     """Draw the largest w over the task area for both arms, at the first pose and at the ill-placed one."""
     fig, panels = plt.subplots(2, 2, figsize=(6.8, 6), sharex=True, sharey=True)
-    area = (-0.2, 0.2, -0.2, 0.2)
     for row, (arm, reading) in zip(panels, ARMS.items(), strict=True):
         cap = stored["closed_form"].where(reading)["cap"].item()
         maps = stored["maps"].array("w", reading)[0]
         for ax, w, title in zip(row, maps, ("first run", "ill placed"), strict=True):
-            image = ax.imshow(w.T, origin="lower", extent=area, vmin=0, vmax=cap)
-            ax.contour(w.T, levels=[1e-9], extent=area, colors=COLORS["vermillion"])
-            ax.set(title=f"{arm} arm, {title}")
-        row[0].set(ylabel="y [m]")
+            image = ax.imshow(w.T, origin="lower", extent=AREA, vmin=0, vmax=cap)
+            ax.contour(w.T, levels=[1e-9], extent=AREA, colors=COLORS["vermillion"])
+            ax.set(title=f"{arm} arm, {title}", xlabel="x [m]", ylabel="y [m]")
+            ax.label_outer()
         fig.colorbar(image, ax=row, label="largest w [m³]")
-    for ax in panels[1]:
-        ax.set(xlabel="x [m]")
     return fig
 
 

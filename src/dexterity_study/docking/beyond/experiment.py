@@ -14,14 +14,13 @@ from typing import Any, TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import docking, robots, spatial
+from dexterity import docking, robots, sampling, spatial
 from dexterity.docking import DockingProblem
-from dexterity.search import GeneticOptions, ZoomOptions, ZoomSearch, genetic_search, zoom_search
-from dexterity.search.box import Objective
+from dexterity.search import GeneticOptions, genetic_search
 from dexterity.timing import Way, measure
 from dexterity_study.docking import cases
 from dexterity_study.docking.cases import Rows, Values
-from dexterity_study.docking.search.experiment import OTHERS, Box, evolved
+from dexterity_study.docking.search.experiment import OTHERS, VARIABLES, by_grids, evolved
 from dexterity_study.engine.experiment import experiment
 
 BODY = (1.5, 1.2, 0.2)
@@ -31,36 +30,40 @@ Of: TypeAlias = Sequence[tuple[str, float]]
 EXTENSIONS: Of = (("top", 0.1), ("top", 0.2), ("top", 0.3), ("side", 0.0))
 """Face of the block, and largest roll and pitch [rad]."""
 
+TILTED = ("x", "y", "z", "roll", "pitch", "psi")
 SIDES = (2, 3, 5, 9, 21)
-ASSUMED = ("fitted-arm", "reading-of-the-group")
-OF_CASE: dict[str, Any] = {"assumes": ASSUMED, **cases.PAPER, **cases.OF_DATA, **cases.ROUNDING}
-SOME = {"some": (("top", 0.2), ("side", 0.0))}
+OF_CASE: dict[str, Any] = {
+    "assumes": ("fitted-arm", "reading-of-the-group"),
+    "readings": OTHERS,
+    **cases.PAPER,
+    **cases.OF_DATA,
+    **cases.ROUNDING,
+}
+GRIDS = {"levels": 3, "starts": 8, "shrink": 0.9}
+"""Grids of three values a variable, since there are up to six."""
+
 COARSE = {"step": 0.4, "turn_step": 0.8, "starts": 1, "stages": 2, "shrink": 0.85}
+SMALL = {"some": (("top", 0.2), ("side", 0.0)), "generations": 3}
 
 
-@experiment(keys=("points",), readings=OTHERS, smoke={"per_sides": (2, 3), **COARSE}, **OF_CASE)
+@experiment(keys=("points",), smoke={"per_sides": (2, 3), **COARSE}, **OF_CASE)
 def points(seed: int, reading: Values, per_sides: Sequence[int] = SIDES, **grids: Any) -> Rows:  # noqa: ARG001
     """The best pose by number of control points: smallest w [m³] there, and on finer grids that have all of them."""
     for per_side in per_sides:
         own = cases.problem_of(reading, points=docking.square(0.2, per_side), distance_weight=0.0)
-        pose = _by_grids(own, own.objective, own.boxes[0], **grids).point
-        finest = docking.largest_manipulability(own.arm, pose, docking.square(0.2, 161))
+        best = by_grids(own, boxes=own.boxes[:1], **{**GRIDS, **grids})
+        finest = docking.largest_manipulability(own.arm, best.pose, docking.square(0.2, 161))
         yield {
             "points": per_side**2,
-            **_named(pose),
-            "at_points": own.area_manipulability(pose),
-            "fine": docking.area_manipulability(own.arm, pose, docking.square(0.2, 21)),
+            **dict(zip(VARIABLES, best.pose, strict=True)),
+            "at_points": best.area_manipulability,
+            "fine": docking.area_manipulability(own.arm, best.pose, docking.square(0.2, 21)),
             "finest": finest.min(),
             "dead": (finest == 0).double().mean(),
         }
 
 
-@experiment(
-    keys=("face", "tilt"),
-    readings=OTHERS,
-    smoke={**SOME, **COARSE, "evolutions": 1, "generations": 3},
-    **OF_CASE,
-)
+@experiment(keys=("face", "tilt"), smoke={**SMALL, **COARSE, "evolutions": 1}, **OF_CASE)
 def optimum(
     seed: int,
     reading: Values,
@@ -72,32 +75,27 @@ def optimum(
     """The best pose of each extension, by grids and by differential evolution."""
     for face, tilt in some:
         own = extended(reading, face, tilt)
-        objective = partial(worth, own)
-        boxes = own.boxes if face == "side" else own.boxes[:1]
-        best = max((_by_grids(own, objective, box, **grids) for box in boxes), key=lambda one: one.value)
-        tries = [(box, one) for box in boxes for one in range(seed, seed + evolutions)]
+        objective, boxes = partial(worth, own), own.boxes if face == "side" else own.boxes[:1]
+        seeds = range(seed, seed + evolutions)
+        best = by_grids(own, objective, boxes, **{**GRIDS, **grids})
         yield {
             "face": face,
             "tilt": tilt,
-            **_named(best.point),
-            "area_manipulability": own.area_manipulability(best.point),
-            "value": best.value,
-            "evolved": max(evolved(objective, box, one, generations) for box, one in tries),
-            "lowest": lowest_point(best.point),
+            **dict(zip(TILTED if own.tilt else VARIABLES, best.pose, strict=True)),
+            "area_manipulability": best.area_manipulability,
+            "value": best.search.value,
+            "evolved": evolved(objective, boxes, seeds, maxiter=generations),
+            "lowest": lowest_point(best.pose),
         }
 
 
-@experiment(seeds=30, keys=("face", "tilt"), readings=OTHERS, smoke={**SOME, "generations": 3}, **OF_CASE)
+@experiment(seeds=30, keys=("face", "tilt"), smoke=SMALL, **OF_CASE)
 def genetic(seed: int, reading: Values, some: Of = EXTENSIONS, generations: int = 500) -> Rows:
     """Fitness that a genetic run with the paper's sizes finds."""
     for face, tilt in some:
         own, random = extended(reading, face, tilt), torch.Generator().manual_seed(seed)
         steps, options = [0.01] * len(own.lower), GeneticOptions(generations=generations)
-
-        def fitness(poses: Tensor, own: DockingProblem = own) -> Tensor:
-            return torch.where(own.allows(poses), worth(own, poses), 0.0)
-
-        found = genetic_search(fitness, own.lower, own.upper, steps, random, options)
+        found = genetic_search(partial(fitness, own), own.lower, own.upper, steps, random, options)
         yield {"face": face, "tilt": tilt, "fitness": found.value}
 
 
@@ -111,8 +109,7 @@ def genetic(seed: int, reading: Values, some: Of = EXTENSIONS, generations: int 
 def rates(seed: int, per_sides: Sequence[int] = SIDES, poses: int = 20_000) -> Rows:
     """Random poses rated a second on one core, by number of control points; the fewer poses the more points."""
     own, random = DockingProblem(robots.docking_arm()), torch.Generator().manual_seed(seed)
-    unit = torch.rand(poses, 4, generator=random, dtype=torch.float64)
-    drawn = own.lower + (own.upper - own.lower) * unit
+    drawn = sampling.uniform(sampling.Box(own.lower, own.upper), poses, random)
 
     def way(per_side: int) -> Way:
         square, some = docking.square(0.2, per_side), drawn[: poses * 4 // per_side**2]
@@ -120,9 +117,6 @@ def rates(seed: int, per_sides: Sequence[int] = SIDES, poses: int = 20_000) -> R
 
     for timing in measure([way(per_side) for per_side in per_sides]):
         yield {"points": int(timing.name), "rate": 1 / timing.median}
-
-
-# ---- shared with views and tests -------------------------------------------------------------------
 
 
 def extended(reading: Values, face: str, tilt: float) -> DockingProblem:
@@ -152,23 +146,6 @@ def worth(problem: DockingProblem, pose: Tensor) -> Tensor:
     return torch.where(depth < -1e-9, depth, problem.objective(pose))
 
 
-# ---- searches --------------------------------------------------------------------------------------
-
-
-def _named(pose: Tensor) -> dict[str, Tensor]:
-    names = ("x", "y", "z", "roll", "pitch", "psi") if len(pose) == 6 else ("x", "y", "z", "psi")
-    return dict(zip(names, pose, strict=True))
-
-
-def _by_grids(
-    problem: DockingProblem,
-    objective: Objective,
-    box: Box,
-    step: float = 0.05,
-    turn_step: float = 0.1,
-    **options: Any,
-) -> ZoomSearch:
-    """Grids of three values a variable, since there are up to six."""
-    tilts = [problem.tilt] * (len(problem.lower) - 4)
-    zoom = ZoomOptions(**{"levels": 3, "stages": 200, **options})
-    return zoom_search(objective, *box, [step, step, step, *tilts, turn_step], zoom)
+def fitness(problem: DockingProblem, pose: Tensor) -> Tensor:
+    """Return the worth (...) of poses that are allowed, as Eq. 15 has it, and 0 for others."""
+    return torch.where(problem.allows(pose), worth(problem, pose), 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import torch
@@ -13,7 +12,7 @@ from dexterity import docking, robots, spatial
 from dexterity.chain import Chain
 from dexterity.indices import manipulability
 from dexterity.inverse_kinematics import spherical_wrist, subproblem_1, subproblem_2, subproblem_3
-from dexterity_study.docking.cases import OF_DATA, ROUNDING
+from dexterity_study.docking.cases import OF_DATA, ROUNDING, Rows, drawn_joints
 from dexterity_study.engine.experiment import experiment
 
 SAME = 1e-6
@@ -22,58 +21,43 @@ SAME = 1e-6
 
 def arms() -> dict[str, Chain]:
     """Return the paper's two arms, a PUMA 560, and an arm whose axes neither meet nor are parallel."""
-    directions = torch.tensor(
-        [[0, 0, 1], [0.3, -1, 0.2], [0.5, -1, 0.6], [1, 0, 0.2], [0, -1, 0.3], [1, 0.1, 0]],
-        dtype=torch.float64,
-    )
-    directions = directions / directions.norm(dim=1, keepdim=True)
-    points = directions.new_tensor([[0, 0, 0], [0.1, 0, 0.1], [0.5, 0.1, 0.1], *[[0.9, 0, 0.1]] * 3])
-    home = torch.eye(4, dtype=torch.float64)
-    home[:3, 3] = points[-1]
-    skew = Chain(torch.cat([torch.linalg.cross(points, directions), directions], dim=1), home)
-    return {
-        "stated": robots.docking_arm(),
-        "fitted": robots.docking_arm("fitted"),
-        "PUMA 560": robots.puma560(),
-        "all axes skew": skew,
-    }
+    wrist = [0.9, 0, 0.1]
+    points = torch.tensor([[0, 0, 0], [0.1, 0, 0.1], [0.5, 0.1, 0.1], *[wrist] * 3], dtype=torch.float64)
+    directions = [[0, 0, 1], [0.3, -1, 0.2], [0.5, -1, 0.6], [1, 0, 0.2], [0, -1, 0.3], [1, 0.1, 0]]
+    axes = torch.nn.functional.normalize(torch.tensor(directions, dtype=torch.float64))
+    home = spatial.pose(torch.eye(3), wrist)
+    skew = Chain(torch.cat([torch.linalg.cross(points, axes), axes], dim=1), home)
+    arms = {"stated": robots.docking_arm(), "fitted": robots.docking_arm("fitted")}
+    return {**arms, "PUMA 560": robots.puma560(), "all axes skew": skew}
 
 
-@experiment(
-    keys=("arm",),
-    smoke={"poses": 300},
-    data=("robots/docking_arm.toml", "robots/puma560.toml"),
-    **ROUNDING,
-)
-def round_trips(seed: int, poses: int = 200_000) -> Iterator[dict[str, Any]]:
+@experiment(keys=("arm",), smoke={"poses": 300}, data=(*OF_DATA["data"], "robots/puma560.toml"), **ROUNDING)
+def round_trips(seed: int, poses: int = 200_000) -> Rows:
     """Forward kinematics of random configurations, and all branches of the poses that come out."""
     for name, arm in arms().items():
-        q = _drawn(poses, seed)
+        q = drawn_joints(poses, seed)
         T, away = arm.forward(q), arm.forward(q)
         away[:, :3, 3] += 100.0
         branches, valid, within = docking.inverse_kinematics(arm, T)
-        counts = {"branches": valid}
-        if torch.isfinite(arm.lower).all():
-            counts["within"] = valid & within
-        yield {
+        row = {
             "arm": name,
             "pose_error": (arm.forward(branches) - T[:, None]).abs().amax((-2, -1))[valid].max(),
             "found": (valid & (_apart(branches, q[:, None]) < SAME)).any(-1).double().mean(),
             "refused": (~spherical_wrist(arm, away)[1].any(-1)).double().mean(),
             "values_of_w": _values_of_w(arm, branches, valid),
-            **{
-                f"{of}_{n}": (own.sum(-1) == n).double().mean()
-                for of, own in counts.items()
-                for n in range(9)
-            },
         }
+        row |= {f"branches_{n}": (valid.sum(-1) == n).double().mean() for n in range(9)}
+        if torch.isfinite(arm.lower).all():
+            allowed = (valid & within).sum(-1)
+            row |= {f"within_{n}": (allowed == n).double().mean() for n in range(9)}
+        yield row
 
 
 @experiment(smoke={"poses": 300}, **OF_DATA, **ROUNDING)
-def three_subproblems(seed: int, poses: int = 200_000) -> Iterator[dict[str, Any]]:
+def three_subproblems(seed: int, poses: int = 200_000) -> Rows:
     """Difference [rad] of 99 % of the stated arm's branches from those by subproblems 1 to 3."""
     arm = robots.docking_arm()
-    T = arm.forward(_drawn(poses, seed))
+    T = arm.forward(drawn_joints(poses, seed))
     branches, other = spherical_wrist(arm, T)[0], by_three_subproblems(arm, T)
     # Near a singular pose branches are known to the root of rounding; what counts is that each is there.
     misses = _apart(branches[:, :, None], other[:, None]).amin(-1).amax(-1)
@@ -133,11 +117,6 @@ def _turned_back(screws: Tensor, q: Tensor, T: Tensor) -> Tensor:
     for i, screw in enumerate(screws):
         T = spatial.exp(-screw * q[..., i, None]) @ T
     return T
-
-
-def _drawn(poses: int, seed: int) -> Tensor:
-    random = torch.Generator().manual_seed(seed)
-    return (2 * torch.rand(poses, 6, generator=random, dtype=torch.float64) - 1) * math.pi
 
 
 def _apart(a: Tensor, b: Tensor) -> Tensor:

@@ -47,10 +47,9 @@ def round_trips(stored: Evidence, live: Table) -> Markup:
 def counts(stored: Evidence) -> Markup:
     """Set shares [%] of the poses by number of branches, and by number of those within the limits."""
     rows = 100 * stored["round_trips"].where().set_index("arm")
-    parts = {}
-    for of, title in (("branches", "all"), ("within", "within limits")):
-        parts[title] = rows.filter(regex=f"^{of}_").rename(columns=lambda name: name[-1]).dropna()
-    return show(pd.concat(parts, names=["branches"]))
+    parts = {"all": rows.filter(like="branches_"), "within limits": rows.filter(like="within_").dropna()}
+    numbered = {title: part.set_axis(range(9), axis="columns") for title, part in parts.items()}
+    return show(pd.concat(numbered, names=["branches"]))
 
 
 def joint_table(chain: Chain, q: Tensor) -> Markup:

@@ -6,22 +6,21 @@ Source: Sotiropoulos, Aspragathos & Andritsos (2011), Eqs. 3–15, Tables 2 and 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
-from scipy.optimize import differential_evolution, linprog, minimize
+from scipy.optimize import Bounds, differential_evolution, linprog, minimize
 from torch import Tensor
 
 from dexterity import docking, robots, spatial
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
-from dexterity.search import GeneticOptions, ZoomOptions
+from dexterity.search import GeneticOptions, ZoomOptions, genetic_search, zoom_search
 from dexterity.search.box import Objective
-from dexterity.search.genetic import Chromosome, genetic_search
+from dexterity.search.genetic import Chromosome
 from dexterity_study.docking import cases
 from dexterity_study.docking.cases import Rows, Values
 from dexterity_study.engine.experiment import experiment
@@ -39,17 +38,15 @@ ASSUMED = ("fitted-arm", "reading-of-the-group", "heading", "margin", "range-of-
 OF_CASE: dict[str, Any] = {"assumes": ASSUMED, **cases.PAPER, **cases.OF_DATA, **cases.ROUNDING}
 RATIOS = (0.0, 0.0005, 0.002, 0.008, 0.032, 0.128)
 COARSE: dict[str, Any] = {"step": 0.2, "turn_step": 0.4, "starts": 1, "stages": 3}
-FEW: dict[str, Any] = {"ratios": (0.01,), "runs": 1, "generations": 3, **COARSE}
+SHORT: dict[str, Any] = {"generations": 3}
 FINE = docking.square(0.2, 21)
 POPULATION = GeneticOptions().population
+VEHICLE = Chain(torch.eye(6, dtype=torch.float64)[[0, 1, 2, 5]], torch.eye(4))
+"""The vehicle's joints, x, y, z and ψ of the arm's base in G."""
 
 
 @experiment(
-    seeds=100,
-    readings=(*OTHERS, *list(ALONE.values())[:2]),
-    reading_seeds=20,
-    smoke={"generations": 3},
-    **OF_CASE,
+    seeds=100, readings=(*OTHERS, *list(ALONE.values())[:2]), reading_seeds=20, smoke=SHORT, **OF_CASE
 )
 def genetic(seed: int, reading: Values, generations: int = 500) -> Rows:
     """The pose that a genetic run finds, and the share of a fine grid over the area that is dead there."""
@@ -65,11 +62,11 @@ def genetic(seed: int, reading: Values, generations: int = 500) -> Rows:
     }
 
 
-@experiment(readings=OTHERS, smoke={"runs": 1, "generations": 3}, **OF_CASE)
+@experiment(readings=OTHERS, smoke={"runs": 1, **SHORT}, **OF_CASE)
 def penalty(seed: int, reading: Values, runs: int = 30, generations: int = 500) -> Rows:
     """Share of the individuals that are not allowed, in the first generation and in the last ten, over runs."""
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
-    steps, forbidden = [reading["precision"]] * 4, np.zeros((runs, 2))
+    steps, forbidden = [reading["precision"]] * 4, []
     for run in range(runs):
         shares: list[float] = []
 
@@ -79,35 +76,35 @@ def penalty(seed: int, reading: Values, runs: int = 30, generations: int = 500) 
 
         random = torch.Generator().manual_seed(seed + run)
         genetic_search(fitness, problem.lower, problem.upper, steps, random, options)
-        forbidden[run] = shares[0], np.mean(shares[-10:])
-    first, last = forbidden.mean(axis=0)
+        forbidden.append((shares[0], np.mean(shares[-10:])))
+    first, last = np.array(forbidden).mean(axis=0)
     yield {"first": first, "last": last}
 
 
-@experiment(
-    readings=(*OTHERS, *ALONE.values()), smoke={"evolutions": 2, "generations": 3, **COARSE}, **OF_CASE
-)
+@experiment(readings=(*OTHERS, *ALONE.values()), smoke={"evolutions": 2, **SHORT, **COARSE}, **OF_CASE)
 def optimum(seed: int, reading: Values, evolutions: int = 3, generations: int = 500, **grids: Any) -> Rows:
     """The best pose by grids, by evolution and on the lattice, and its images by quarter turns about the middle."""
     problem = problem_of(reading)
     best = by_grids(problem, **grids)
-    images = torch.stack([_turned(best.pose, quarters) for quarters in range(4)])
-    worth = problem.area_manipulability(images)
-    tries = [(box, one) for box in problem.boxes for one in range(seed, seed + evolutions)]
+    images = torch.stack([cases.quarter_turned(best.pose, turns) for turns in range(4)])
+    worth, distances = problem.area_manipulability(images), problem.distance(images)
+    seeds = range(seed, seed + evolutions)
     yield {
         **dict(zip(VARIABLES, best.pose, strict=True)),
         "fitness": best.fitness,
         "area_manipulability": best.area_manipulability,
         "distance": best.distance,
-        "evolved": max(evolved(problem.objective, box, one, generations) for box, one in tries),
+        "evolved": evolved(problem.objective, problem.boxes, seeds, maxiter=generations),
         "on_lattice": max(_on_lattice(problem, image, reading["precision"]) for image in images),
         "tied": ((worth / best.area_manipulability - 1).abs() < 1e-9).sum(),
-        "nearest_image": problem.distance(images).min(),
-        "farthest_image": problem.distance(images).max(),
+        "nearest_image": distances.min(),
+        "farthest_image": distances.max(),
     }
 
 
-@experiment(keys=("ratio",), readings=OTHERS, smoke=FEW, **OF_CASE)
+@experiment(
+    keys=("ratio",), readings=OTHERS, smoke={"ratios": (0.01,), "runs": 1, **SHORT, **COARSE}, **OF_CASE
+)
 def front(
     seed: int,
     reading: Values,
@@ -117,12 +114,12 @@ def front(
     **grids: Any,
 ) -> Rows:
     """The best pose by the weight b/a [m²], and the share of genetic runs that end on the nearest quarter."""
-    problem, options = problem_of(reading), GeneticOptions(generations=generations)
-    step = reading["precision"]
+    options, step = GeneticOptions(generations=generations), reading["precision"]
     for ratio in ratios:
-        weighed = replace(problem, distance_weight=ratio * problem.manipulability_weight)
-        best = by_grids(weighed, **grids)
-        found = [docking.genetic_docking(weighed, one, options, step) for one in range(seed, seed + runs)]
+        problem = problem_of(reading)
+        problem = replace(problem, distance_weight=ratio * problem.manipulability_weight)
+        best = by_grids(problem, **grids)
+        found = [docking.genetic_docking(problem, one, options, step) for one in range(seed, seed + runs)]
         yield {
             "ratio": ratio,
             "area_manipulability": best.area_manipulability,
@@ -136,39 +133,37 @@ def gradients(seed: int, reading: Values, climbs: int = 100, **grids: Any) -> Ro
     """Share of allowed poses that are flat, and climbs by L-BFGS-B in a box of the group from random ones."""
     problem = problem_of(reading)
     best = by_grids(problem, **grids).fitness
-    near, evaluations = [], []
-    for start in _drawn(problem, 40 * climbs, seed)[:climbs]:
+    ends = []
+
+    def cost(x: np.ndarray) -> float:
+        return -float(problem.objective(x))
+
+    for start in cases.drawn_poses(problem, 40 * climbs, seed)[:climbs]:
         box = next(box for box in problem.boxes if (box[0] <= start).all() and (start <= box[1]).all())
-        end = minimize(
-            lambda x: -float(problem.objective(x)),
-            start,
-            jac="2-point",
-            bounds=_bounds(box),
-            method="L-BFGS-B",
-        )
-        near.append(-end.fun >= NEAR * best)
-        evaluations.append(end.nfev)
-    flat = problem.area_manipulability(_drawn(problem, 20_000, seed)) == 0
-    yield {"flat": flat.double().mean(), "climbed": np.mean(near), "evaluations": np.mean(evaluations)}
+        ends.append(minimize(cost, start, jac="2-point", bounds=_bounds(box), method="L-BFGS-B"))
+    flat = problem.area_manipulability(cases.drawn_poses(problem, 20_000, seed)) == 0
+    yield {
+        "flat": flat.double().mean(),
+        "climbed": np.mean([-end.fun >= NEAR * best for end in ends]),
+        "evaluations": np.mean([end.nfev for end in ends]),
+    }
 
 
-@experiment(seeds=20, readings=OTHERS, reading_seeds=10, smoke={"generations": 3}, **OF_CASE)
+@experiment(seeds=20, readings=OTHERS, reading_seeds=10, smoke=SHORT, **OF_CASE)
 def peers(seed: int, reading: Values, generations: int = 500) -> Rows:
     """Fitness that other methods find with as many evaluations as the genetic run of the same seed."""
     problem, options = problem_of(reading), GeneticOptions(generations=generations)
     found = docking.genetic_docking(problem, seed, options, reading["precision"])
-    count, box = found.search.evaluations, (problem.lower, problem.upper)
-    generations, popsize = count // POPULATION - 1, POPULATION // len(problem.lower)
+    count, everywhere = found.search.evaluations, [(problem.lower, problem.upper)]
+    own = {"maxiter": count // POPULATION - 1, "popsize": POPULATION // len(problem.lower)}
     yield {
         "genetic": found.fitness,
-        "differential evolution": evolved(problem.fitness, box, seed, generations, popsize, tol=0.0),
+        "differential evolution": evolved(problem.fitness, everywhere, [seed], **own, tol=0.0, atol=0.0),
         "CMA-ES": _by_cma(problem, count, seed),
     }
 
 
-@experiment(
-    keys=("run",), readings=OTHERS, assumes=ASSUMED, **cases.PAPER, **cases.OF_LEDGER, **cases.ROUNDING
-)
+@experiment(keys=("run",), readings=OTHERS, **{**OF_CASE, **cases.OF_LEDGER})
 def table_3(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """What the seven printed poses are worth."""
     problem, poses = problem_of(reading), cases.printed_poses()
@@ -181,12 +176,10 @@ def table_3(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is d
 def printed_fitness(seed: int, headings: int = 73) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """Weights that come nearest to the printed fitness, whatever the heading at the start."""
     fitness, dexterity = map(cases.printed, ("fitness-of-runs", "area-manipulability-of-runs"))
-    poses, turns = cases.printed_poses(), np.linspace(-math.pi, math.pi, headings).tolist()
-    problems = (DockingProblem(robots.docking_arm(), heading=heading) for heading in turns)
-    misfit, a, b = min(
-        best_weights(fitness.numpy(), dexterity.numpy(), problem.distance(poses).numpy())
-        for problem in problems
-    )
+    poses, arm = cases.printed_poses(), robots.docking_arm()
+    turns = np.linspace(-math.pi, math.pi, headings).tolist()
+    distances = [DockingProblem(arm, heading=heading).distance(poses).numpy() for heading in turns]
+    misfit, a, b = min(best_weights(fitness.numpy(), dexterity.numpy(), one) for one in distances)
     yield {"misfit": misfit, "a": a, "b": b}
 
 
@@ -194,16 +187,12 @@ def printed_fitness(seed: int, headings: int = 73) -> Rows:  # noqa: ARG001 -- n
 def geometry(seed: int) -> Rows:
     """Deviation of D from that of a chain of the vehicle's joints [m], and the largest jump of M_a on a turn."""
     problem = DockingProblem(robots.docking_arm(), region="or")
-    poses = _drawn(problem, 1000, seed)
-    vehicle = Chain(with_vehicle(problem.arm).screws[:4], torch.eye(4))
+    poses = cases.drawn_poses(problem, 1000, seed)
     start, foot = poses.new_tensor([*problem.start, problem.heading]), poses.new_tensor(problem.foot)
-    moved = spatial.apply(vehicle.forward(poses), foot) - spatial.apply(vehicle.forward(start), foot)
+    moved = spatial.apply(VEHICLE.forward(poses), foot) - spatial.apply(VEHICLE.forward(start), foot)
     jump, largest = _jump(problem, seed)
     deviation = (problem.distance(poses) - moved.norm(dim=-1)).abs().max()
     yield {"deviation": deviation, "jump": jump, "largest": largest}
-
-
-# ---- shared with views and tests -------------------------------------------------------------------
 
 
 def problem_of(reading: Values) -> DockingProblem:
@@ -211,13 +200,6 @@ def problem_of(reading: Values) -> DockingProblem:
     settings = {"heading": reading["heading"], "height": reading["margin"], "yaw": reading["range-of-psi"]}
     a, b = reading["weights"]
     return cases.problem_of(reading, **settings, manipulability_weight=a, distance_weight=b)
-
-
-def with_vehicle(arm: Chain) -> Chain:
-    """Return a chain of ten joints, x, y, z, ψ of the arm's base in G and the arm's six."""
-    joints = torch.eye(6, dtype=torch.float64)[[0, 1, 2, 5]]
-    names = ["x", "y", "z", "ψ", *arm.joint_names]
-    return Chain(torch.cat([joints, arm.screws]), arm.home, name="vehicle and arm", joint_names=names)
 
 
 def faces_area(pose: Tensor) -> Tensor:
@@ -228,9 +210,7 @@ def faces_area(pose: Tensor) -> Tensor:
     return (left >= 0) & (right <= 0) & (left - right < math.pi)
 
 
-def best_weights(
-    fitness: NDArray[np.float64], dexterity: NDArray[np.float64], distance: NDArray[np.float64]
-) -> tuple[float, float, float]:
+def best_weights(fitness: np.ndarray, dexterity: np.ndarray, distance: np.ndarray) -> tuple[float, ...]:
     """Return the least that a M_a − b D misses f by in some run, beyond rounding, and its a, b ≥ 0.
 
     All numbers may be off by half a unit of their last digit; D [m] by what half a unit of a pose moves the foot.
@@ -247,37 +227,34 @@ def best_weights(
 
 
 def by_grids(
-    problem: DockingProblem, step: float = 0.05, turn_step: float = 0.1, starts: int = 4, stages: int = 200
+    problem: DockingProblem,
+    objective: Objective | None = None,
+    boxes: Iterable[Box] = (),
+    step: float = 0.05,
+    turn_step: float = 0.1,
+    **options: Any,
 ) -> docking.Docking:
-    """Search everywhere, from a first grid of these steps [m] and [rad]."""
-    options = ZoomOptions(starts=starts, stages=stages, shrink=0.85)
-    return docking.global_docking(problem, [step, step, step, turn_step], options)
+    """Search boxes, by default all, from a grid of these steps [m] and [rad], and of three values of a tilt."""
+    steps = [step, step, step, *[problem.tilt] * (len(problem.lower) - 4), turn_step]
+    zoom = ZoomOptions(**{"starts": 4, "stages": 200, "shrink": 0.85, **options})
+    objective = objective or problem.objective
+    searches = [zoom_search(objective, *box, steps, zoom) for box in boxes or problem.boxes]
+    return docking.Docking.at(problem, max(searches, key=lambda search: search.value))
 
 
-def evolved(
-    objective: Objective, box: Box, seed: int, generations: int, popsize: int = 30, tol: float = 1e-10
-) -> float:
-    """Return the largest objective in a box that differential evolution finds."""
-    found = differential_evolution(
-        lambda x: -objective(torch.tensor(x.T)).numpy(),
-        _bounds(box),
-        seed=seed,
-        popsize=popsize,
-        maxiter=generations,
-        tol=tol,
-        atol=tol,
-        vectorized=True,
-        updating="deferred",
-        polish=False,
-    )
-    return -float(found.fun)
+def evolved(objective: Objective, boxes: Iterable[Box], seeds: Iterable[int], **options: Any) -> float:
+    """Return the largest objective in some boxes that differential evolution finds."""
+    defaults = {"popsize": 30, "tol": 1e-10, "atol": 1e-10, "updating": "deferred", "polish": False}
+
+    def cost(x: np.ndarray) -> np.ndarray:
+        return -objective(torch.tensor(x.T)).numpy()
+
+    tries = [(_bounds(box), {**defaults, "seed": seed, **options}) for box in boxes for seed in seeds]
+    return max(-float(differential_evolution(cost, box, vectorized=True, **own).fun) for box, own in tries)
 
 
-# ---- searches --------------------------------------------------------------------------------------
-
-
-def _bounds(box: Box) -> list[tuple[float, float]]:
-    return list(zip(*(limit.tolist() for limit in box), strict=True))
+def _bounds(box: Box) -> Bounds:
+    return Bounds(*(limit.numpy() for limit in box))
 
 
 def _by_cma(problem: DockingProblem, evaluations: int, seed: int) -> float:
@@ -306,35 +283,21 @@ def _on_lattice(problem: DockingProblem, pose: Tensor, precision: float) -> floa
     offsets = torch.cartesian_prod(*(torch.arange(-reach, reach + 1) for reach in (5, 5, 7, 20)))
     nearest = ((pose - problem.lower) / step).round()
     numbers = torch.minimum((nearest + offsets).clamp(min=0), last)
-    return max(float(problem.fitness(part).max()) for part in (problem.lower + numbers * step).split(2**15))
-
-
-def _turned(pose: Tensor, quarters: int) -> Tensor:
-    angle = quarters * math.pi / 2
-    T = docking.base_pose([0.0, 0.0, 0.0, angle])
-    return torch.cat([spatial.apply(T, pose[:3]), spatial.wrap_to_pi(pose[3:] + angle)])
-
-
-def _drawn(problem: DockingProblem, count: int, seed: int) -> Tensor:
-    """Draw so many poses of the whole box, and return those of the group."""
-    random = torch.Generator().manual_seed(seed)
-    unit = torch.rand(count, len(problem.lower), generator=random, dtype=torch.float64)
-    poses = problem.lower + (problem.upper - problem.lower) * unit
-    return poses[problem.allows(poses)]
+    return float(problem.fitness(problem.lower + numbers * step).max())
 
 
 def _jump(problem: DockingProblem, seed: int) -> tuple[float, float]:
     """Close in on the largest change of M_a between two steps of a turn, from random poses; and its largest value."""
-    poses = _drawn(problem, 40_000, seed)
+    poses = cases.drawn_poses(problem, 40_000, seed)
     values = problem.area_manipulability(poses)
     turn = torch.zeros(1, 1001, 4, dtype=torch.float64)
     turn[..., 3] = torch.linspace(-0.5, 0.5, 1001)
     path = poses[values > 0][:50, None] + turn
     steps = problem.area_manipulability(path).diff(dim=1).abs()
     i, j = divmod(int(steps.argmax()), 1000)
-    low, high = path[i, j], path[i, j + 1]
+    ends = path[i, j : j + 2]
     for _ in range(30):
-        middle = (low + high) / 2
-        first, second = problem.area_manipulability(torch.stack([low, middle, high])).diff().abs()
-        low, high = (low, middle) if first > second else (middle, high)
-    return float(problem.area_manipulability(torch.stack([low, high])).diff().abs()), float(values.max())
+        halves = torch.stack([ends[0], ends.mean(0), ends[1]])
+        first, second = problem.area_manipulability(halves).diff().abs()
+        ends = halves[:2] if first > second else halves[1:]
+    return float(problem.area_manipulability(ends).diff().abs()), float(values.max())

@@ -13,7 +13,7 @@ import pandas as pd
 
 from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
-from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES
+from dexterity_study.docking.search.experiment import ALONE, NEAR
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.tables import with_range
 
@@ -32,22 +32,16 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
 
 def _on_the_problem(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     geometry = evidence["geometry"].where().iloc[0]
+    yield on("foot", geometry["deviation"], "Deviation of D from that by a chain of joints [m].")
+    allowed = evidence["table_3"].where(None).groupby("reading", sort=False)["allowed"].all()
+    yield on("group", allowed, "The seven printed poses are in both groups, and do not tell them apart.")
     jump, largest = geometry["jump"], geometry["largest"]
+    note = (
+        f"A joint limit switches a branch off: M_a jumps by {jump:.3f} m³, and is {largest:.3f} m³ at most."
+    )
+    yield on("objective-is-not-continuous", [jump > JUMP * largest], note)
     best = optima(evidence).drop(index=[*ALONE.values()])
     nearest = best["distance"] <= best["nearest_image"] + 1e-9
-    yield on(
-        "foot", geometry["deviation"], "Deviation of D from that by a chain of the vehicle's joints [m]."
-    )
-    yield on(
-        "group",
-        evidence["table_3"].where(None).groupby("reading", sort=False)["allowed"].all(),
-        "It holds for the seven printed poses in both readings, which they do not tell apart.",
-    )
-    yield on(
-        "objective-is-not-continuous",
-        [jump > JUMP * largest],
-        f"A joint limit switches a branch off: M_a jumps by {jump:.3f} m³, and is {largest:.3f} m³ at most.",
-    )
     yield on(
         "distance-breaks-the-tie",
         (best["tied"] >= 2) & nearest & (best["farthest_image"] > best["distance"] + 1e-3),
@@ -55,73 +49,59 @@ def _on_the_problem(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
         "poses. The stated arm's mirror image about the diagonal stays tied.",
         ours=f"{best['tied'].min():.0f} of four turned poses as good without D",
     )
-    yield on.underspecified(
-        "probabilities-favour-and-fall", "No rule is given; the plainest one is taken, see the assumptions."
-    )
+    note = "No rule is given; the plainest one is taken, see the assumptions."
+    yield on.underspecified("probabilities-favour-and-fall", note)
 
 
 def _on_runs(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     runs, gradients = found(evidence), evidence["gradients"].where(None)
-    shares, chosen = runs["share"], runs.loc["chosen"]
     flat, climbed = (f"{gradients[of].min():.0%} to {gradients[of].max():.0%}" for of in ("flat", "climbed"))
     first, last = (evidence["penalty"].values(end) for end in ("first", "last"))
     yield on(
         "penalty-discards",
         last < first,
-        f"Share of the individuals that are not allowed, at the end and at the start. Zero is more than the fitness −b D of the {flat} of the allowed poses that "
-        "do not reach all corners.",
+        "Share of the individuals that are not allowed, at the end and at the start. Zero is more than the fitness −b D of "
+        f"the {flat} of the allowed poses that do not reach all corners.",
         ours=f"{last.iloc[0]:.0%}, after {first.iloc[0]:.0%}",
     )
     yield on("inside-margins", runs["allowed"], "A run whose best fitness is above zero is allowed.")
-    yield on(
-        "near-optimal",
-        shares >= NEAR,
-        f"Runs at {NEAR:.0%} of the true optimum or more: {_by_region(100 * shares, '{:.0f}')} % of it.",
-    )
+    shares = runs["share"]
+    note = f"Near is {NEAR:.0%} of the true optimum; found: {_by_region(100 * shares, '{:.0f}')} % of it."
+    yield on("near-optimal", shares >= NEAR, note)
     yield on(
         "no-local-minima",
         shares >= TRAPPED,
         f"Below {TRAPPED:.0%} a run counts as trapped; the worst has {shares.min():.0%}. Of climbs by gradients {climbed} "
         f"come near, since {flat} of the allowed poses are flat.",
     )
-    yield on(
-        "high-dexterity",
-        runs["dead"] <= DEAD,
-        "Runs whose pose is dead over a tenth of the area at most. Four corners do not see what is between them.",
-    )
-    yield on(
-        "same-quarter",
-        runs["on_quarter"],
-        "Before a side of the area the best poses are on the border of two quarters, and count for both.",
-    )
+    note = "Runs dead over a tenth of the area at most. Four corners do not see what is between them."
+    yield on("high-dexterity", runs["dead"] <= DEAD, note)
+    note = "Before a side of the area the best poses are on the border of two quarters, and count for both."
+    yield on("same-quarter", runs["on_quarter"], note)
     yield on("face-the-target", runs["faces"], "The ray ahead of the base meets the task area.")
-    yield on.out_of_scope(
-        "on-board",
-        f"A run rates {chosen['evaluations'].median():.0f} poses; the vehicle's computer, and what a mission control needs "
-        "else, are not told.",
+    count = runs.loc["chosen"]["evaluations"].median()
+    note = (
+        f"A run rates {count:.0f} poses; neither the vehicle's computer nor a mission control is described."
     )
+    yield on.out_of_scope("on-board", note)
 
 
 def _on_table_3(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     runs, fit = found(evidence), evidence["printed_fitness"].where().iloc[0]
-    for name in VARIABLES:
-        claim, own = f"poses-{name}", runs[runs["on_quarter"]][name]
-        if "chosen" not in own.index:
-            yield on.not_run(claim, "No run ends on the nearest quarter.")
-        elif name == "z":
-            yield on.fitted(claim, "The margin was chosen so that these values lie in it.", _by_region(own))
-        else:
-            note = "Runs that end on the nearest quarter; each printed value is held to their range."
-            yield on(claim, [own] * len(on.printed(claim)), note, ours=_by_region(own))
+    runs = runs[runs["on_quarter"]]
+    note = "Runs that end on the nearest quarter; each printed value is held to their range."
+    for name in ("x", "y", "psi"):
+        claim = f"poses-{name}"
+        yield on(claim, [runs[name]] * len(on.printed(claim)), note, ours=_by_region(runs[name]))
+    note = "The margin was chosen so that these values lie in it."
+    yield on.fitted("poses-z", note, _by_region(runs["z"]))
     yield (on.refuted if fit["misfit"] > 1e-6 else on.underspecified)(
         "fitness-of-runs",
         "No weights a, b ≥ 0 and no initial heading make a M_a − b D of the printed fitness, with the printed M_a.",
         f"missed by {fit['misfit']:.3f} at least, at a = {fit['a']:.3g} and b = {fit['b']:.3g}",
     )
     ours = evidence["table_3"].where(None).pivot(index="reading", columns="run", values="area_manipulability")
-    fitness, dexterity = (
-        _pairs(on.printed(f"{name}-of-runs")) for name in ("fitness", "area-manipulability")
-    )
+    fitness, dexterity = (_pairs(on.printed(f"{of}-of-runs")) for of in ("fitness", "area-manipulability"))
     held = {reading: pd.Series(_pairs(own) * fitness > 0) for reading, own in ours.iterrows()}
     fitted = ours.loc["fitted-arm=fitted"]
     yield on(
@@ -144,9 +124,6 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
         yield Acceptance(f"a genetic run above the optimum, {reading}", share - 1, 1e-3)
 
 
-# ---- numbers that verdicts and figures share -------------------------------------------------------
-
-
 def optima(evidence: Evidence) -> pd.DataFrame:
     """Return the true optima by reading."""
     return evidence["optimum"].where(None).set_index("reading")
@@ -165,8 +142,7 @@ def found(evidence: Evidence) -> pd.DataFrame:
 
 def _by_region(values: pd.Series, form: str = "{:.2f}") -> str:
     regions = {"and": "chosen", "or": "reading-of-the-group=or"}
-    told = {name: with_range(values[own], form) for name, own in regions.items() if own in values.index}
-    return "; ".join(f"{own} ({name})" for name, own in told.items())
+    return "; ".join(f"{with_range(values[own], form)} ({name})" for name, own in regions.items())
 
 
 def _pairs(values: object) -> np.ndarray:
