@@ -37,9 +37,12 @@ def scores(evidence, method, reading="chosen"):
 
 
 def test_methods_have_the_settings_that_the_ledger_assumes():
-    methods, others = experiment.classifiers(7), experiment.regressors(7)
-    assert methods.keys() == experiment.CLASSIFIERS.keys()
-    assert others.keys() == experiment.REGRESSORS.keys()
+    methods, others = (
+        {name: experiment.seeded(method, 7) for name, method in table.items()}
+        for table in (experiment.CLASSIFIERS, experiment.REGRESSORS)
+    )
+    assert methods["LightGBM"].random_state == others["Decision Tree"].random_state == 7
+    assert experiment.CLASSIFIERS["LightGBM"].model.random_state is None
     settings = {
         "Random Forest": {"n_estimators": 10},
         "AdaBoosted DT": {"n_estimators": 50},

@@ -17,17 +17,18 @@ from dexterity_study.workspace.baselines.verdicts import ERRORS, SCORES, errors,
 
 def confidence_table(stored: Evidence) -> Markup:
     """Set Table VI with ours; the networks are small ones."""
-    networks = {name: f"network-{100 * threshold:.0f}" for name, threshold in THRESHOLDS.items()}
+    keys = {name: f"network-{100 * threshold:.0f}" for name, threshold in THRESHOLDS.items()}
+    keys |= {name: key for name, (key, _) in CLASSIFIERS.items()}
     kinds = ("confidence", "correlation", "retrieval")
-    printed = {name: _printed(key, kinds, SCORES) for name, key in {**networks, **CLASSIFIERS}.items()}
+    printed = {name: _printed(key, kinds, SCORES) for name, key in keys.items()}
     readings = {"chosen": "as drawn", "test-classes=equal": "equal classes"}
     return _beside(printed, scores(stored), [*SCORES, "Jaccard"], readings, "{:.3f}")
 
 
 def estimation_table(stored: Evidence) -> Markup:
     """Set Table VII with ours, EVS and R² in both ways of counting; the network is a small one."""
-    kinds = ("estimation", "variance")
-    printed = {name: _printed(key, kinds, ERRORS) for name, key in {"NN": "network", **REGRESSORS}.items()}
+    keys = {"NN": "network"} | {name: key for name, (key, _) in REGRESSORS.items()}
+    printed = {name: _printed(key, ("estimation", "variance"), ERRORS) for name, key in keys.items()}
     readings = {
         "chosen": "tool",
         "baseline-inputs=each-set": "tool, test scaled by itself",
@@ -39,9 +40,8 @@ def estimation_table(stored: Evidence) -> Markup:
 
 def _printed(key: str, kinds: Sequence[str], heads: Sequence[str]) -> dict[str, str]:
     """Return a printed row, which is split among claims if its columns are printed to different digits."""
-    claims = [
-        claim for claim in load_paper("liao2018").claims if claim.id in {f"{kind}-{key}" for kind in kinds}
-    ]
+    names = {f"{kind}-{key}" for kind in kinds}
+    claims = [claim for claim in load_paper("liao2018").claims if claim.id in names]
     texts = [claim.format(value) for claim in claims for value in np.atleast_1d(np.array(claim.value))]
     # The variance of the Gaussian process is printed to other digits, and its claim is the last.
     order = ["MAE", "MSE", "R²", "EVS"] if f"variance-{key}" == claims[-1].id else heads
