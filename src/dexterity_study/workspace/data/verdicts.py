@@ -19,6 +19,8 @@ from dexterity_study.workspace.data.experiment import SAME
 UNIFORM = 0.01
 """Distance from the uniform distribution, beyond what chance makes of it, up to which draws are called uniform."""
 
+MIDDLE = "sine of the middle angle"
+
 VELOCITIES = {
     "fanuc-first-velocity": (0, slice(0, 3)),
     "fanuc-second-velocity": (1, slice(0, 3)),
@@ -105,29 +107,28 @@ def _on_maps_to_learn(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
         "It is a function only if a branch is named, which the sampler does and the paper does not.",
         f"{rule['jacobians']:.1%} of the poses in reach have eight Jacobians",
     )
+    cases = {
+        "a map for what is in reach": bool(rule["disagreements"] == 0),
+        "a Jacobian of manipulator and answer": bool(rule["jacobians"] == 0),
+    }
     yield on(
         "two-steps",
-        {
-            "a map for what is in reach": bool(rule["disagreements"] == 0),
-            "a Jacobian of manipulator and answer": bool(rule["jacobians"] == 0),
-        },
+        cases,
         f"The first map is an exact rule of two lines, with {rule['disagreements']} disagreements in {rule['tried']:,} "
         "poses. The second as printed has no pose to depend on, and needs one and a branch.",
     )
 
 
 def _on_the_sets(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    files = evidence["files"].where()
-    facts = files[files["columns"] == "all"]
+    facts = evidence["files"].where(columns="all")
     chance = 2 / math.sqrt(facts["samples"].max())
     far = uniformity(evidence)
-    largest = far.drop(columns="sine of the middle angle").max(axis=1)
+    largest = far.drop(columns=MIDDLE).max(axis=1)
     yield on(
         "sampler-is-uniform",
-        {name: bool(distance < UNIFORM + chance) for name, distance in largest.items()},
+        (largest < UNIFORM + chance).to_dict(),
         f"Largest distance of a column: {', '.join(map('{:.3f}'.format, largest))}. What is drawn is uniform, and what "
-        "is kept is not. Orientations are not uniform either: the sine of the middle angle is "
-        f"{far['sine of the middle angle'].iloc[0]:.2f} from uniform.",
+        f"is kept is not. Orientations are not uniform either: the {MIDDLE} is {far[MIDDLE].iloc[0]:.2f} from uniform.",
     )
     yield on.out_of_scope(
         "sampler-purposes", "Only the sets that the paper's networks are trained on are made here."
@@ -158,9 +159,6 @@ def _on_the_sets(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
         )
 
 
-# ---- numbers that verdicts and figures share -------------------------------------------------------
-
-
 def in_reach(evidence: Evidence) -> pd.Series:
     """Return the share of poses in reach of the training set with dynamics, by reading."""
     return evidence["files"].values("mean_target", file="conf_dyna, train", columns="all").droplevel("seed")
@@ -177,7 +175,7 @@ def uniformity(evidence: Evidence) -> pd.DataFrame:
         name: evidence["files"].where(reading, file=file).set_index("columns")["distance"].dropna()
         for name, (reading, file) in sources.items()
     }
-    return pd.DataFrame(rows).T[["links", "position", "angles", "sine of the middle angle"]]
+    return pd.DataFrame(rows).T[["links", "position", "angles", MIDDLE]]
 
 
 def implied_shares() -> dict[str, tuple[float, float]]:
