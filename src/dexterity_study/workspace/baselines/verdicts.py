@@ -155,7 +155,7 @@ def scores(evidence: Evidence) -> pd.DataFrame:
         "MCC": (hits * rest - misses * alarms) / np.sqrt(sides),
     }
     own |= {"Prec.": hits / (hits + alarms), "Rec.": hits / (hits + misses)}
-    return rows.assign(**own, Jaccard=hits / (hits + misses + alarms)).reset_index(drop=True)
+    return rows.assign(**own).reset_index(drop=True)
 
 
 def errors(evidence: Evidence) -> pd.DataFrame:
