@@ -20,7 +20,7 @@ from torch import Tensor
 
 from dexterity.codegen.library import compiled_library
 from dexterity.timing import Timing, Way, measure
-from dexterity.workspace import closed_form, compiled, dataset, maps, reachability
+from dexterity.workspace import closed_form, compiled, dataset, maps, reachability, training
 from dexterity.workspace.compiled import CompiledArm
 from dexterity.workspace.dataset import Scaling
 from dexterity.workspace.jacobian_net import PAPER_SIZE, Architecture, JacobianNet
@@ -38,12 +38,12 @@ C_FROM_PYTHON, C_FROM_C = "C from Python, one by one", "C from C, one by one"
 C_SOME, C_MANY = "C, test set", "C, many at once"
 
 _SMALL = Architecture(confidence=(192,) * 3, estimation=(256,) * 3)
-NETWORKS: Mapping[str, tuple[Any, Any, Architecture, int, int]] = {
-    "network, rotation": ("rotation", "tool", _SMALL, 16, 23),
-    PLANE: ("plane", "plane", _SMALL, 6, 11),
-    PAPERS: ("rotation", "tool", PAPER_SIZE, 16, 23),
+NETWORKS: Mapping[str, tuple[Architecture, Any, Any]] = {
+    "network, rotation": (_SMALL, "rotation", "tool"),
+    PLANE: (_SMALL, "plane", "plane"),
+    PAPERS: (PAPER_SIZE, "rotation", "tool"),
 }
-"""Inputs, entries and widths of the networks, and the numbers of their inputs and outputs."""
+"""Widths, inputs and entries of the networks."""
 
 SLOW = ("svm-radial", "svm-sigmoid", "gaussian-process")
 """Methods whose training takes more than a few times as long for twice the rows."""
@@ -179,8 +179,7 @@ def _raised(robot: Any, T: Tensor) -> list[Any]:
 
 
 def _numerical(robot: Any, pose: Any) -> Any:
-    """Solve for the angles by Levenberg's and Marquardt's steps, from zero, with the default settings."""
-    # A seed for the starts that follow if the first one does not lead there.
+    """Solve by Levenberg's and Marquardt's steps from zero; the seed is for further starts."""
     return robot.ikine_LM(pose, q0=np.zeros(6), seed=0)
 
 
@@ -199,10 +198,10 @@ def _closed_form() -> Callable[[Tensor, Tensor], Tensor]:
 
 
 def _untrained(name: str, seed: int) -> JacobianNet:
-    """Return a network with random weights, and scaling that leaves everything as it is."""
-    inputs, entries, architecture, *widths = NETWORKS[name]
-    same = [Scaling(torch.zeros(k).double(), torch.ones(k).double()) for k in widths]
-    return JacobianNet(architecture, inputs, entries, *same, torch.Generator().manual_seed(seed)).eval()
+    """Return a network with random weights."""
+    return training.network_for(
+        *NETWORKS[name], dataset.jacobian_data(100, seed, dynamics=False), seed
+    ).eval()
 
 
 def _looping(functions: Ways, poses: Any) -> list[Way]:
