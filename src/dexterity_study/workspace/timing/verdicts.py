@@ -82,20 +82,18 @@ def exponent(grids: Table) -> float:
 
 def _on_grids(on: Judge, evidence: Evidence, ladder: Mapping[Place, Timing]) -> Iterator[Verdict]:
     slope = exponent(evidence["grids"])
-    slow = ladder[of.TOOLBOX, of.NUMERICAL_JACOBIAN].median / ladder[of.C_MANY, of.CLOSED].median
-    yield on(
-        "complexity",
-        slope,
+    note = (
         "A grid of n steps a side has n⁶ poses, and the time of a pose does not depend on n. For the paper's arms, whose "
-        "reach leaves orientation aside, n³ positions suffice.",
-        form="{:.2f}",
+        "reach leaves orientation aside, n³ positions suffice."
     )
-    yield on(
-        "workspaces-are-slow",
-        {"ten times as long as compiled": bool(slow >= 10), "a time that outgrows the poses": slope > 7},
+    yield on("complexity", slope, note, form="{:.2f}")
+    slow = ladder[of.TOOLBOX, of.NUMERICAL_JACOBIAN].median / ladder[of.C_MANY, of.CLOSED].median
+    note = (
         f"By numerical inverse kinematics a pose takes the toolbox {slow:,.0f} times as long as the closed form in C. But "
-        "that is a factor for each pose, not a complexity.",
+        "that is a factor for each pose, not a complexity."
     )
+    cases = {"ten times as long as compiled": bool(slow >= 10), "a time that outgrows the poses": slope > 7}
+    yield on("workspaces-are-slow", cases, note)
 
 
 def _on_order(on: Judge, ladder: Mapping[Place, Timing]) -> Iterator[Verdict]:
@@ -107,12 +105,9 @@ def _on_order(on: Judge, ladder: Mapping[Place, Timing]) -> Iterator[Verdict]:
     angles = (of.TOOLBOX, of.ANALYTIC), (of.TOOLBOX, of.NUMERICAL)
     pairs = {"angles": angles, "with the Jacobian": (analytic, numerical)}
     factors = {name: ladder[b].median / ladder[a].median for name, (a, b) in pairs.items()}
-    yield on(
-        "analytic-faster-than-numerical",
-        {name: faster(*pair) for name, pair in pairs.items()},
-        "Quartiles lie apart.",
-        ours=", ".join(f"{name}: {factor:.0f} times" for name, factor in factors.items()),
-    )
+    ours = ", ".join(f"{name}: {factor:.0f} times" for name, factor in factors.items())
+    cases = {name: faster(*pair) for name, pair in pairs.items()}
+    yield on("analytic-faster-than-numerical", cases, "Quartiles lie apart.", ours=ours)
     holds = [
         faster((rung, of.PAPERS), rival)
         for rung in RUNGS.values()
@@ -121,10 +116,9 @@ def _on_order(on: Judge, ladder: Mapping[Place, Timing]) -> Iterator[Verdict]:
     index = pd.MultiIndex.from_product([RUNGS, range(3)], names=["reading", "case"])
     places = (of.SOME, of.PAPERS), (of.SOME, of.CLOSED), (of.C_MANY, of.CLOSED)
     network, exact, in_c = (1e6 * ladder[place].median for place in places)
-    yield on(
-        "faster-than-inverse-kinematics",
-        pd.Series(holds, index),
+    note = (
         "Cases: numerical and analytic inverse kinematics of the toolbox, and the exact answer in the same language and "
-        f"batches. The exact answer takes {exact:.3g} µs in torch, {in_c:.2g} µs compiled.",
-        ours=f"{network:.3g} µs in batches, {sum(holds[:3])} of 3 cases",
+        f"batches. The exact answer takes {exact:.3g} µs in torch, {in_c:.2g} µs compiled."
     )
+    ours = f"{network:.3g} µs in batches, {sum(holds[:3])} of 3 cases"
+    yield on("faster-than-inverse-kinematics", pd.Series(holds, index), note, ours=ours)
