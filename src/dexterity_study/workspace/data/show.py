@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from dexterity import workspace
 from dexterity.scenes.colors import COLORS
-from dexterity.workspace import dataset
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -80,12 +79,6 @@ def file_table(stored: Evidence) -> Markup:
     heads = {"varying_targets": "that vary", "varying_features": "that vary "}
     columns = ["targets", "varying_targets", "features", "varying_features", "samples", "kind"]
     return show(rows[columns].rename(columns=heads).rename_axis(None))
-
-
-def drawn(data: dataset.ConfidenceData) -> Markup:
-    """Set the number of columns of a set, and the share of its poses in reach."""
-    columns, share = dataset.features(data.samples).shape[1], 100 * data.reachable.double().mean().item()
-    return show(pd.DataFrame({"columns": [columns], "in reach [%]": [share]}))
 
 
 def implied_shares(stored: Evidence) -> Figure:

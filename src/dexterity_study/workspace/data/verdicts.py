@@ -67,10 +67,10 @@ def _on_the_fanuc(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     sideways = np.abs(J[[0, 2], 0]).max() / abs(J[1, 0])
     yield on("fanuc-first-joint-sideways", sideways, "The tool point is straight ahead of the first axis.")
     moves = (np.abs(J[:3]).max(0) > SAME).tolist()
-    cases = {f"joint {joint + 1}": moves[joint] == (joint in (0, 1, 2, 4)) for joint in range(6)}
-    moving = ", ".join(str(joint + 1) for joint in range(6) if moves[joint])
-    axes = "The axes of the other joints pass through the tool point."
-    yield on("fanuc-moving-joints", cases, axes, ours=f"joints {moving} move it")
+    cases = {f"joint {joint}": moved == (joint in (1, 2, 3, 5)) for joint, moved in enumerate(moves, 1)}
+    ours = f"joints {', '.join(str(joint) for joint, moved in enumerate(moves, 1) if moved)} move it"
+    note = "The axes of the other joints pass through the tool point."
+    yield on("fanuc-moving-joints", cases, note, ours=ours)
     limit = (
         "Largest error of central differences at their best step. With the paper's step, forwards, it is "
         f"{row['printed_step']:.0e}, from rounding."
@@ -78,45 +78,37 @@ def _on_the_fanuc(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     yield on("pose-difference", central, limit)
     yield on("angular-velocity", central, f"{limit} Only the skew part of the difference counts.")
     yield on("jacobian", row["twist"], "Deviation of the velocities along random rates, in the base's axes.")
-    yield on.misprint(
-        "sum-of-derivatives",
+    note = (
         "Eq. 5 lacks the rates, which Eq. 6 has, and joint 1 with its row. With each derivative times its rate the sum "
-        "is the derivative of the pose.",
-        f"within {row['sum']:.0e} with the rates",
+        "is the derivative of the pose."
     )
+    yield on.misprint("sum-of-derivatives", note, f"within {row['sum']:.0e} with the rates")
 
 
 def _on_maps_to_learn(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     rule = evidence["rule"].where().iloc[0]
     plain = in_reach(evidence)["redraw=0"]
-    yield on(
-        "forward-has-left-inverse",
-        [bool(rule["eight"] == 0)],
+    note = (
         "A left inverse would tell these configurations apart. Inverse kinematics gives one of them, and is a right "
-        "inverse where poses are in reach.",
-        ours=f"{rule['eight']:.1%} of the poses in reach have eight configurations",
+        "inverse where poses are in reach."
     )
-    yield on(
-        "forward-not-onto",
-        [bool(plain < 1)],
-        "Of the poses that the sampler draws. For this family position decides, and orientation never.",
-        ours=f"{1 - plain:.0%} of the poses are out of reach",
-    )
-    yield on.underspecified(
-        "jacobian-of-a-pose",
-        "It is a function only if a branch is named, which the sampler does and the paper does not.",
-        f"{rule['jacobians']:.1%} of the poses in reach have eight Jacobians",
+    ours = f"{rule['eight']:.1%} of the poses in reach have eight configurations"
+    yield on("forward-has-left-inverse", [bool(rule["eight"] == 0)], note, ours=ours)
+    note = "Of the poses that the sampler draws. For this family position decides, and orientation never."
+    ours = f"{1 - plain:.0%} of the poses are out of reach"
+    yield on("forward-not-onto", [bool(plain < 1)], note, ours=ours)
+    note = "It is a function only if a branch is named, which the sampler does and the paper does not."
+    ours = f"{rule['jacobians']:.1%} of the poses in reach have eight Jacobians"
+    yield on.underspecified("jacobian-of-a-pose", note, ours)
+    note = (
+        f"The first map is an exact rule of two lines, with {rule['disagreements']} disagreements in {rule['tried']:,} "
+        "poses. The second as printed has no pose to depend on, and needs one and a branch."
     )
     cases = {
         "a map for what is in reach": bool(rule["disagreements"] == 0),
         "a Jacobian of manipulator and answer": bool(rule["jacobians"] == 0),
     }
-    yield on(
-        "two-steps",
-        cases,
-        f"The first map is an exact rule of two lines, with {rule['disagreements']} disagreements in {rule['tried']:,} "
-        "poses. The second as printed has no pose to depend on, and needs one and a branch.",
-    )
+    yield on("two-steps", cases, note)
 
 
 def _on_the_sets(on: Judge, evidence: Evidence) -> Iterator[Verdict]:

@@ -58,13 +58,13 @@ Ways = dict[str, Callable[[Any], object]]
 @experiment(smoke={"in_loops": 3})
 def ways(seed: int, in_loops: int = 20) -> Rows:
     """Deviations of Jacobians from that by angles, and sizes of the paper's network and of the C file."""
-    robot = _toolbox()
+    robot, numerical, analytic = _toolbox()
     links, T = _poses(robot, seed, in_loops)
     truth, poses = _by_angles(links, T), _raised(robot, T)
-    theirs = np.array([robot.jacob0(_analytic(robot, pose).q) for pose in poses])
+    theirs = np.array([robot.jacob0(analytic(pose).q) for pose in poses])
     found = {"toolbox": theirs, "torch": _closed_form()(links, T), "c": CompiledArm(links).solve(T).jacobian}
     yield {
-        "solved": float(np.mean([_numerical(robot, pose).success for pose in poses])),
+        "solved": float(np.mean([numerical(pose).success for pose in poses])),
         **{name: (torch.as_tensor(J) - truth).abs().max() for name, J in found.items()},
         "source_bytes": len(compiled.c_source().encode()),
         "parameters": _untrained(PAPERS, seed).parameter_count,
@@ -81,14 +81,14 @@ def ladder(
     seconds: float = 0.02,
 ) -> Rows:
     """Times per pose [s], from a toolbox that is called for each pose down to C on many poses at once."""
-    robot = _toolbox()
+    robot, numerical, analytic = _toolbox()
     links, T = _poses(robot, seed, many)
     few, some_poses, arm = T[:in_loops], T[:some], CompiledArm(links)
     toolbox: Ways = {
-        NUMERICAL: partial(_numerical, robot),
-        NUMERICAL_JACOBIAN: lambda pose: robot.jacob0(_numerical(robot, pose).q),
-        ANALYTIC: partial(_analytic, robot),
-        ANALYTIC_JACOBIAN: lambda pose: robot.jacob0(_analytic(robot, pose).q),
+        NUMERICAL: numerical,
+        NUMERICAL_JACOBIAN: lambda pose: robot.jacob0(numerical(pose).q),
+        ANALYTIC: analytic,
+        ANALYTIC_JACOBIAN: lambda pose: robot.jacob0(analytic(pose).q),
     }
     exact: Ways = {ANGLES: partial(_by_angles, links), CLOSED: partial(_closed_form(), links)}
     every = exact | {name: partial(_untrained(name, seed).answer, links) for name in NETWORKS}
@@ -153,13 +153,17 @@ def _row(timing: Timing) -> dict[str, float]:
     return {name: getattr(timing, name) for name in COLUMNS}
 
 
-def _toolbox() -> Any:
-    """Return the PUMA 560 of the Python toolbox."""
+def _toolbox() -> tuple[Any, Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return the PUMA 560 of the Python toolbox, its numerical and its analytic inverse kinematics.
+
+    The numerical one is by Levenberg's and Marquardt's steps from zero; its seed is for further starts.
+    """
     with warnings.catch_warnings():
         # It writes LaTeX into plain strings.
         warnings.simplefilter("ignore")
         import roboticstoolbox
-    return roboticstoolbox.models.DH.Puma560()
+    robot = roboticstoolbox.models.DH.Puma560()
+    return robot, partial(robot.ikine_LM, q0=np.zeros(6), seed=0), partial(robot.ikine_a, config="lun")
 
 
 def _poses(robot: Any, seed: int, count: int) -> tuple[Tensor, Tensor]:
@@ -176,15 +180,6 @@ def _raised(robot: Any, T: Tensor) -> list[Any]:
     raised = T.clone()
     raised[..., 2, 3] += robot.links[0].d
     return list(raised.numpy())
-
-
-def _numerical(robot: Any, pose: Any) -> Any:
-    """Solve by Levenberg's and Marquardt's steps from zero; the seed is for further starts."""
-    return robot.ikine_LM(pose, q0=np.zeros(6), seed=0)
-
-
-def _analytic(robot: Any, pose: Any) -> Any:
-    return robot.ikine_a(pose, config="lun")
 
 
 def _by_angles(links: Tensor, T: Tensor) -> Tensor:
