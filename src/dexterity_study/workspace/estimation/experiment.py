@@ -36,6 +36,7 @@ SCORES = {
     "recall": partial(metrics.recall_score, zero_division=0),
     "correlation": metrics.matthews_corrcoef,
 }
+"""Scores of a confidence head at a threshold."""
 
 PAPERS_WAY, LONGER = "the paper's way", "the paper's way, more steps"
 UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
