@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from dexterity import workspace
 from dexterity.scenes.colors import COLORS
@@ -56,7 +57,7 @@ def reach_in_a_plane() -> Figure:
     for ax, (name, links) in zip(panels, arms.items(), strict=True):
         reach = workspace.reachable(links, torch.stack([x, 0 * x, z], -1))
         ax.contourf(x, z, reach, levels=[0.5, 1.5], colors=[COLORS["sky blue"]])
-        ax.add_patch(plt.Rectangle((-0.4, -0.4), 0.8, 0.8, fill=False, linestyle="--"))
+        ax.add_patch(Rectangle((-0.4, -0.4), 0.8, 0.8, fill=False, linestyle="--"))
         ax.set(title=name, xlabel="x [m]", aspect="equal")
     panels[0].set(ylabel="z [m]")
     return fig
@@ -75,7 +76,7 @@ def file_table(stored: Evidence) -> Markup:
     """Set Table I, with how many targets and features vary."""
     rows = stored["files"].where(columns="all").set_index("file")
     rows["kind"] = rows["is_binary"].map({True: "classification", False: "regression"})
-    rows["samples"] = rows["samples"].map("{:,}".format)
+    rows["samples"] = rows["samples"].map("{:,.0f}".format)
     heads = {"varying_targets": "that vary", "varying_features": "that vary "}
     columns = ["targets", "varying_targets", "features", "varying_features", "samples", "kind"]
     return show(rows[columns].rename(columns=heads).rename_axis(None))
