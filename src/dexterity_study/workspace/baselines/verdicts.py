@@ -161,7 +161,7 @@ def _of(
 ) -> tuple[list[pd.Series], str]:
     """Return columns of a method over readings and seeds, and their medians in one reading as text."""
     own = rows[rows["method"] == method].set_index(["reading", "seed"])[list(columns)]
-    return [own[column] for column in columns], ", ".join(map(form.format, own.loc[reading].median()))
+    return [own[column] for column in columns], ", ".join(map(form.format, own.loc[[reading]].median()))
 
 
 def _training_rows(evidence: Evidence, name: str) -> str:
