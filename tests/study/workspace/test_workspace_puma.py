@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from dexterity.workspace import maps, reachability
-from dexterity.workspace.maps import Grid, Map
+from dexterity.workspace.maps import Map
 from dexterity_study.claims.outcome import Outcome
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -101,18 +101,6 @@ def test_agreement_is_intersection_over_union():
     assert (found["reached"], found["unreached"], found["right"]) == (0.5, pytest.approx(2 / 3), 0.75)
     assert found["median_error"] == found["largest_error"] == pytest.approx(0.5)
     assert study.agreement(Map(~exact.reached, exact.manipulability), exact)["median_error"] == np.inf
-
-
-def test_a_surface_is_what_has_a_neighbour_outside():
-    ball = Grid.cube(1.0, 7).points().norm(dim=-1) < 0.8
-    surface = study.surface(ball)
-    inner = ball & ~surface
-    assert not (surface & ~ball).any()
-    assert inner[3, 3, 3]
-    for axis in range(3):
-        for step in (-1, 1):
-            assert ball[tuple((inner.nonzero() + step * torch.eye(3, dtype=torch.int64)[axis]).T)].all()
-    assert study.surface(torch.ones(3, 3, 3, dtype=torch.bool)).sum() == 26
 
 
 def test_scenes_show_what_they_say(evidence):

@@ -8,42 +8,62 @@ paper's columns; it is here for the claims that compare it with the other method
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
+from lightgbm import LGBMClassifier
 from numpy.typing import NDArray
+from sklearn import clone, metrics
+from sklearn.ensemble import AdaBoostClassifier, RandomForestClassifier
+from sklearn.gaussian_process import GaussianProcessClassifier, GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF
+from sklearn.linear_model import LinearRegression, LogisticRegression, Ridge
+from sklearn.naive_bayes import GaussianNB
+from sklearn.neighbors import KNeighborsRegressor
+from sklearn.svm import SVC, LinearSVC
+from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 from torch import Tensor
+from xgboost import XGBClassifier
 
 from dexterity.workspace import dataset, training
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Scaling
 from dexterity.workspace.jacobian_net import Architecture, JacobianNet, encode
 from dexterity_study.engine.experiment import experiment
 
-CLASSIFIERS: Mapping[str, str] = {
-    "SVM(RBF)": "svm-radial",
-    "SVM(Sigmoid)": "svm-sigmoid",
-    "SVM(Lin. L2)": "svm-linear",
-    "LogisticReg.": "logistic-regression",
-    "RidgeReg.(0.5)": "ridge-regression",
-    "Naive Bayes": "naive-bayes",
-    "Gauss. Process": "gaussian-process",
-    "Decision Tree": "decision-tree",
-    "Random Forest": "random-forest",
-    "AdaBoosted DT": "boosted-trees",
-    "XGboost": "xgboost",
-    "LightGBM": "lightgbm",
-}
-"""Methods of Table VI except the networks, with their names in the ledger."""
 
-REGRESSORS: Mapping[str, str] = {
-    "Lin.Reg.": "linear-regression",
-    "RidgeReg.": "ridge-regression",
-    "Decision Tree": "decision-tree",
-    "Gauss. Process": "gaussian-process",
-    "k-NN": "nearest-neighbours",
+class Method(NamedTuple):
+    """A method of the paper's tables: its name in the ledger, and an untrained model with the assumed settings."""
+
+    key: str
+    model: Any
+
+
+CLASSIFIERS: Mapping[str, Method] = {
+    "SVM(RBF)": Method("svm-radial", SVC(kernel="rbf", gamma="auto")),
+    "SVM(Sigmoid)": Method("svm-sigmoid", SVC(kernel="sigmoid", gamma="auto")),
+    "SVM(Lin. L2)": Method("svm-linear", LinearSVC()),
+    "LogisticReg.": Method("logistic-regression", LogisticRegression()),
+    # It predicts a number, which is cut at 0.5.
+    "RidgeReg.(0.5)": Method("ridge-regression", Ridge()),
+    "Naive Bayes": Method("naive-bayes", GaussianNB()),
+    "Gauss. Process": Method("gaussian-process", GaussianProcessClassifier(RBF(1.0, "fixed"))),
+    "Decision Tree": Method("decision-tree", DecisionTreeClassifier()),
+    "Random Forest": Method("random-forest", RandomForestClassifier(n_estimators=10)),
+    "AdaBoosted DT": Method("boosted-trees", AdaBoostClassifier(n_estimators=50)),
+    "XGboost": Method("xgboost", XGBClassifier(max_depth=1, n_estimators=100, learning_rate=0.1, n_jobs=1)),
+    "LightGBM": Method("lightgbm", LGBMClassifier(n_jobs=1, verbosity=-1)),
 }
-"""Methods of Table VII except the network, with their names in the ledger."""
+"""Methods of Table VI except the networks."""
+
+REGRESSORS: Mapping[str, Method] = {
+    "Lin.Reg.": Method("linear-regression", LinearRegression()),
+    "RidgeReg.": Method("ridge-regression", Ridge()),
+    "Decision Tree": Method("decision-tree", DecisionTreeRegressor()),
+    "Gauss. Process": Method("gaussian-process", GaussianProcessRegressor(RBF(1.0, "fixed"))),
+    "k-NN": Method("nearest-neighbours", KNeighborsRegressor()),
+}
+"""Methods of Table VII except the network."""
 
 THRESHOLDS = {"NN(.5)": 0.5, "NN(.25)": 0.25, "NN(.75)": 0.75}
 """Thresholds of the network in Table VI."""
@@ -64,87 +84,29 @@ PARTS = {
 """Rows of the slow methods; all others take all rows."""
 
 SMALL = {"train": 400, "test": 200}
+SMALL_PARTS = dict(zip(PARTS, [(100, 200), (100, 200), (50, 100), (400,)], strict=True))
 # A tree that splits elsewhere answers otherwise for a few rows.
 NEAR = {"rtol": 1e-2, "atol": 5e-2}
-CONFIDENCE = {"keys": ("method", "rows"), **NEAR}
-CLASSES: Any = {
-    "paper": "liao2018",
-    "assumes": ("test-classes",),
-    "readings": ("test-classes=equal",),
-    "reading_seeds": 1,
-}
+CONFIDENCE: Any = {"keys": ("method", "rows"), **NEAR}
+CLASSES: Any = {"paper": "liao2018", "assumes": ("test-classes",), "readings": ("test-classes=equal",)}
 Array = NDArray[np.float64]
 Rows = Iterator[dict[str, Any]]
 
 
-# ---- methods ---------------------------------------------------------------------------------------
+def seeded(method: Method, seed: int) -> Any:
+    """Return an untrained model, with a seed for what it draws."""
+    model = clone(method.model)
+    return model.set_params(random_state=seed) if "random_state" in model.get_params() else model
 
 
-def classifiers(seed: int) -> dict[str, Any]:
-    """Return untrained classifiers in the order of `CLASSIFIERS`, with the settings that the ledger assumes.
-
-    The kernel of the Gaussian process is not fitted. Ridge regression predicts a number, which is cut at 0.5.
-    """
-    from lightgbm import LGBMClassifier
-    from sklearn.ensemble import AdaBoostClassifier, RandomForestClassifier
-    from sklearn.gaussian_process import GaussianProcessClassifier
-    from sklearn.gaussian_process.kernels import RBF
-    from sklearn.linear_model import LogisticRegression, Ridge
-    from sklearn.naive_bayes import GaussianNB
-    from sklearn.svm import SVC, LinearSVC
-    from sklearn.tree import DecisionTreeClassifier
-    from xgboost import XGBClassifier
-
-    models = (
-        SVC(kernel="rbf", gamma="auto"),
-        SVC(kernel="sigmoid", gamma="auto"),
-        LinearSVC(random_state=seed),
-        LogisticRegression(),
-        Ridge(),
-        GaussianNB(),
-        GaussianProcessClassifier(RBF(1.0, "fixed"), random_state=seed),
-        DecisionTreeClassifier(random_state=seed),
-        RandomForestClassifier(n_estimators=10, random_state=seed),
-        AdaBoostClassifier(n_estimators=50, random_state=seed),
-        XGBClassifier(max_depth=1, n_estimators=100, learning_rate=0.1, n_jobs=1, random_state=seed),
-        LGBMClassifier(n_jobs=1, verbosity=-1, random_state=seed),
-    )
-    return dict(zip(CLASSIFIERS, models, strict=True))
-
-
-def regressors(seed: int) -> dict[str, Any]:
-    """Return untrained regressors in the order of `REGRESSORS`, with the settings that the ledger assumes."""
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import RBF
-    from sklearn.linear_model import LinearRegression, Ridge
-    from sklearn.neighbors import KNeighborsRegressor
-    from sklearn.tree import DecisionTreeRegressor
-
-    models = (
-        LinearRegression(),
-        Ridge(),
-        DecisionTreeRegressor(random_state=seed),
-        GaussianProcessRegressor(RBF(1.0, "fixed"), random_state=seed),
-        KNeighborsRegressor(),
-    )
-    return dict(zip(REGRESSORS, models, strict=True))
-
-
-# ---- confidence ------------------------------------------------------------------------------------
-
-
-@experiment(seeds=3, smoke=SMALL, **CONFIDENCE, **CLASSES)
+@experiment(seeds=3, reading_seeds=1, smoke=SMALL, **CONFIDENCE, **CLASSES)
 def confidence(seed: int, reading: Mapping[str, Any], train: int = 297_000, test: int = 20_000) -> Rows:
     """Answers of the methods of Table VI that take all rows."""
     parts = {name: (train,) for name in CLASSIFIERS if name not in PARTS}
     return _classified(seed, reading["test-classes"], parts, train, test)
 
 
-@experiment(
-    smoke={**SMALL, "parts": dict(zip(PARTS, [(100, 200), (100, 200), (50, 100), (400,)], strict=True))},
-    **CONFIDENCE,
-    **CLASSES,
-)
+@experiment(reading_seeds=1, smoke={**SMALL, "parts": SMALL_PARTS}, **CONFIDENCE, **CLASSES)
 def slow_confidence(
     seed: int, reading: Mapping[str, Any], parts: Mapping[str, Sequence[int]] = PARTS, **sizes: int
 ) -> Rows:
@@ -160,11 +122,14 @@ def _classified(
     (samples, label), (others, truth) = draw(train, 3 * seed), draw(test, 3 * seed + 2)
     scaling = Scaling.to_unit_deviation(dataset.features(samples))
     x, test_x = (scaling.apply(dataset.features(own)).numpy() for own in (samples, others))
-    models = classifiers(seed)
     for name, counts in parts.items():
         for count in counts:
-            answer = models[name].fit(x[:count], label.numpy()[:count]).predict(test_x)
-            yield {"method": name, "rows": count, **shares_of(truth, torch.as_tensor(answer > 0.5))}
+            model = seeded(CLASSIFIERS[name], seed).fit(x[:count], label.numpy()[:count])
+            yield {
+                "method": name,
+                "rows": count,
+                **shares_of(truth, torch.as_tensor(model.predict(test_x) > 0.5)),
+            }
 
 
 @experiment(smoke={**SMALL, "epochs": 2}, **CONFIDENCE)
@@ -196,9 +161,6 @@ def shares_of(truth: Tensor, answer: Tensor) -> dict[str, float]:
     return {name: case.double().mean().item() for name, case in cases.items()}
 
 
-# ---- estimation ------------------------------------------------------------------------------------
-
-
 @experiment(
     seeds=3,
     keys=("method",),
@@ -220,8 +182,8 @@ def estimation(
     frame = reading["estimation-frame"]
     x, y = _scaled(data, frame, data)
     test_x, truth = _scaled(others, frame, others if reading["baseline-inputs"] == "each-set" else data)
-    for (name, model), count in zip(regressors(seed).items(), (train, train, *parts), strict=True):
-        answer = model.fit(x[:count], y[:count]).predict(test_x)
+    for (name, method), count in zip(REGRESSORS.items(), (train, train, *parts), strict=True):
+        answer = seeded(method, seed).fit(x[:count], y[:count]).predict(test_x)
         yield {"method": name, "rows": count, **errors_of(truth, answer, TARGETS[frame][0])}
 
 
@@ -241,15 +203,15 @@ def errors_of(truth: Array, answer: Array, varying: int) -> dict[str, float]:
 
     A constant target scores 1 if it is met exactly, and 0 otherwise, as in scikit-learn.
     """
-    from sklearn.metrics import explained_variance_score, mean_absolute_error, mean_squared_error, r2_score
-
+    scores = {"explained": metrics.explained_variance_score, "determination": metrics.r2_score}
     return {
-        "absolute": mean_absolute_error(truth, answer),
-        "squared": mean_squared_error(truth, answer),
-        "explained": explained_variance_score(truth, answer),
-        "determination": r2_score(truth, answer),
-        "explained_of_varying": explained_variance_score(truth[:, :varying], answer[:, :varying]),
-        "determination_of_varying": r2_score(truth[:, :varying], answer[:, :varying]),
+        "absolute": metrics.mean_absolute_error(truth, answer),
+        "squared": metrics.mean_squared_error(truth, answer),
+        **{name: score(truth, answer) for name, score in scores.items()},
+        **{
+            f"{name}_of_varying": score(truth[:, :varying], answer[:, :varying])
+            for name, score in scores.items()
+        },
     }
 
 
@@ -268,8 +230,6 @@ def _scaled(data: JacobianData, frame: Any, fitted: JacobianData) -> tuple[Array
 
 def _train(network: JacobianNet, head: Any, rows: training.Rows, epochs: int, seed: int) -> None:
     # At least a few steps an epoch.
-    batch = min(1024, max(2, len(rows.x) // 10))
-    training.train(
-        network, {head: rows}, training.Options(training.epochs(**{head: epochs}), batch=batch), seed
-    )
-    network.eval().requires_grad_(False)
+    options = training.Options(training.epochs(**{head: epochs}), batch=min(1024, max(2, len(rows.x) // 10)))
+    training.train(network, {head: rows}, options, seed)
+    network.requires_grad_(False)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from dexterity import workspace
 from dexterity.scenes.colors import COLORS
-from dexterity.workspace import dataset
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -29,10 +27,6 @@ CHECKS = {
     "eight": ("poses in reach with eight configurations", "{:.2%}"),
     "jacobians": ("and eight different Jacobians", "{:.2%}"),
 }
-GROUPS = (
-    *("links", "mass", "centre", "inertia", "viscous", "friction forwards", "friction backwards"),
-    *("gear", "motor", "position", "angles"),
-)
 
 
 def fanuc_jacobian() -> Markup:
@@ -63,8 +57,7 @@ def reach_in_a_plane() -> Figure:
     for ax, (name, links) in zip(panels, arms.items(), strict=True):
         reach = workspace.reachable(links, torch.stack([x, 0 * x, z], -1))
         ax.contourf(x, z, reach, levels=[0.5, 1.5], colors=[COLORS["sky blue"]])
-        cube = ([-0.4, 0.4, 0.4, -0.4, -0.4], [-0.4, -0.4, 0.4, 0.4, -0.4])
-        ax.plot(*cube, color=COLORS["black"], linestyle="--")
+        ax.add_patch(Rectangle((-0.4, -0.4), 0.8, 0.8, fill=False, linestyle="--"))
         ax.set(title=name, xlabel="x [m]", aspect="equal")
     panels[0].set(ylabel="z [m]")
     return fig
@@ -72,59 +65,21 @@ def reach_in_a_plane() -> Figure:
 
 def checks(stored: Evidence, live: Table) -> Markup:
     """Set all that was checked about the rule, beside a live run."""
+    rows = {"stored": stored["rule"].where().iloc[0], "live": live.where().iloc[0]}
     columns = {
-        run: {title: form.format(table.where()[name].iloc[0]) for name, (title, form) in CHECKS.items()}
-        for run, table in (("stored", stored["rule"]), ("live", live))
+        run: [form.format(row[name]) for name, (_, form) in CHECKS.items()] for run, row in rows.items()
     }
-    return show(pd.DataFrame(columns))
+    return show(pd.DataFrame(columns, [title for title, _ in CHECKS.values()]))
 
 
 def file_table(stored: Evidence) -> Markup:
     """Set Table I, with how many targets and features vary."""
     rows = stored["files"].where(columns="all").set_index("file")
     rows["kind"] = rows["is_binary"].map({True: "classification", False: "regression"})
-    rows["samples"] = rows["samples"].map("{:,}".format)
-    heads = {
-        "targets": "targets",
-        "varying_targets": "that vary",
-        "features": "features",
-        "varying_features": "that vary ",
-    }
-    return show(rows[[*heads, "samples", "kind"]].rename(columns=heads).rename_axis(None))
-
-
-def range_table(stored: Evidence) -> Markup:
-    """Set the smallest and the largest value of each group of columns, printed and over all our files."""
-    paper = load_paper("liao2018")
-    friction = paper.printed("coulomb-range")
-    printed = {
-        "links": paper.printed("link-range"),
-        "friction forwards": friction[:2],
-        "friction backwards": friction[2:],
-        "angles": (0, math.tau),
-        **{group: paper.printed(f"{group}-range") for group in GROUPS[1:5] + GROUPS[7:8] + GROUPS[9:10]},
-    }
-    ours = stored["files"].where().groupby("columns").agg({"low": "min", "high": "max"})
-    rows = {
-        group: {
-            "printed": _range(*printed[group]) if group in printed else "–",
-            "ours": _range(*ours.loc[group]),
-        }
-        for group in GROUPS
-    }
-    return show(pd.DataFrame.from_dict(rows, orient="index"))
-
-
-def _range(low: float, high: float) -> str:
-    """Write a range with digits for its width, so that almost nothing is nothing."""
-    places = 3 - math.floor(math.log10(high - low))
-    return f"{round(low, places) + 0.0:g} to {round(high, places) + 0.0:g}"
-
-
-def drawn(data: dataset.ConfidenceData) -> Markup:
-    """Set the number of columns of a set, and the share of its poses in reach."""
-    columns, share = dataset.features(data.samples).shape[1], 100 * data.reachable.double().mean().item()
-    return show(pd.DataFrame({"columns": [columns], "in reach [%]": [share]}))
+    rows["samples"] = rows["samples"].map("{:,.0f}".format)
+    heads = {"varying_targets": "that vary", "varying_features": "that vary "}
+    columns = ["targets", "varying_targets", "features", "varying_features", "samples", "kind"]
+    return show(rows[columns].rename(columns=heads).rename_axis(None))
 
 
 def implied_shares(stored: Evidence) -> Figure:
@@ -144,16 +99,16 @@ def implied_shares(stored: Evidence) -> Figure:
 
 def uniformity(stored: Evidence) -> Markup:
     """Set distances from the uniform distribution."""
-    return show(
-        verdicts.uniformity(stored).rename(columns={"links": ", ".join(LENGTHS)}).rename_axis(columns=None)
-    )
+    table = verdicts.uniformity(stored).rename(columns={"links": ", ".join(LENGTHS)})
+    return show(table.rename_axis(columns=None))
 
 
 def influence(stored: Evidence) -> Markup:
-    """Set what depends on each group of columns, and what one column of it says about the label by itself."""
+    """Set what depends on each group of columns."""
     rows = stored["influence"].where().set_index("columns").rename_axis(None)
-    columns = {f"{head} [%]": 100 * rows[head.lower()] for head in ("label", "Jacobian", "kept")}
-    return show(pd.DataFrame(columns).assign(**{"alone [mbit]": (1e3 * rows["bits"]).round(1) + 0.0}))
+    return show(
+        pd.DataFrame({f"{head} [%]": 100 * rows[head.lower()] for head in ("label", "Jacobian", "kept")})
+    )
 
 
 def map_by_length(stored: Evidence, name: str) -> Figure:
@@ -169,7 +124,7 @@ def map_by_length(stored: Evidence, name: str) -> Figure:
 
 def maps(stored: Evidence) -> Markup:
     """Set R² with which neighbours on the maps predict lengths and position."""
-    rows = stored["maps"].where().pivot(index="map", columns="quantity", values="determination")
-    order = stored["maps"].where()[["map", "quantity"]]
-    table = rows.loc[order["map"].unique(), order["quantity"].unique()]
+    rows = stored["maps"].where()
+    table = rows.pivot(index="map", columns="quantity", values="determination")
+    table = table.loc[rows["map"].unique(), rows["quantity"].unique()]
     return show(table.rename_axis(index=None, columns=None))

@@ -19,6 +19,8 @@ from dexterity_study.workspace.data.experiment import SAME
 UNIFORM = 0.01
 """Distance from the uniform distribution, beyond what chance makes of it, up to which draws are called uniform."""
 
+MIDDLE = "sine of the middle angle"
+
 VELOCITIES = {
     "fanuc-first-velocity": (0, slice(0, 3)),
     "fanuc-second-velocity": (1, slice(0, 3)),
@@ -65,10 +67,10 @@ def _on_the_fanuc(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     sideways = np.abs(J[[0, 2], 0]).max() / abs(J[1, 0])
     yield on("fanuc-first-joint-sideways", sideways, "The tool point is straight ahead of the first axis.")
     moves = (np.abs(J[:3]).max(0) > SAME).tolist()
-    cases = {f"joint {joint + 1}": moves[joint] == (joint in (0, 1, 2, 4)) for joint in range(6)}
-    moving = ", ".join(str(joint + 1) for joint in range(6) if moves[joint])
-    axes = "The axes of the other joints pass through the tool point."
-    yield on("fanuc-moving-joints", cases, axes, ours=f"joints {moving} move it")
+    cases = {f"joint {joint}": moved == (joint in (1, 2, 3, 5)) for joint, moved in enumerate(moves, 1)}
+    ours = f"joints {', '.join(str(joint) for joint, moved in enumerate(moves, 1) if moved)} move it"
+    note = "The axes of the other joints pass through the tool point."
+    yield on("fanuc-moving-joints", cases, note, ours=ours)
     limit = (
         "Largest error of central differences at their best step. With the paper's step, forwards, it is "
         f"{row['printed_step']:.0e}, from rounding."
@@ -76,58 +78,49 @@ def _on_the_fanuc(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     yield on("pose-difference", central, limit)
     yield on("angular-velocity", central, f"{limit} Only the skew part of the difference counts.")
     yield on("jacobian", row["twist"], "Deviation of the velocities along random rates, in the base's axes.")
-    yield on.misprint(
-        "sum-of-derivatives",
+    note = (
         "Eq. 5 lacks the rates, which Eq. 6 has, and joint 1 with its row. With each derivative times its rate the sum "
-        "is the derivative of the pose.",
-        f"within {row['sum']:.0e} with the rates",
+        "is the derivative of the pose."
     )
+    yield on.misprint("sum-of-derivatives", note, f"within {row['sum']:.0e} with the rates")
 
 
 def _on_maps_to_learn(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     rule = evidence["rule"].where().iloc[0]
     plain = in_reach(evidence)["redraw=0"]
-    yield on(
-        "forward-has-left-inverse",
-        [bool(rule["eight"] == 0)],
+    note = (
         "A left inverse would tell these configurations apart. Inverse kinematics gives one of them, and is a right "
-        "inverse where poses are in reach.",
-        ours=f"{rule['eight']:.1%} of the poses in reach have eight configurations",
+        "inverse where poses are in reach."
     )
-    yield on(
-        "forward-not-onto",
-        [bool(plain < 1)],
-        "Of the poses that the sampler draws. For this family position decides, and orientation never.",
-        ours=f"{1 - plain:.0%} of the poses are out of reach",
-    )
-    yield on.underspecified(
-        "jacobian-of-a-pose",
-        "It is a function only if a branch is named, which the sampler does and the paper does not.",
-        f"{rule['jacobians']:.1%} of the poses in reach have eight Jacobians",
-    )
-    yield on(
-        "two-steps",
-        {
-            "a map for what is in reach": bool(rule["disagreements"] == 0),
-            "a Jacobian of manipulator and answer": bool(rule["jacobians"] == 0),
-        },
+    ours = f"{rule['eight']:.1%} of the poses in reach have eight configurations"
+    yield on("forward-has-left-inverse", [bool(rule["eight"] == 0)], note, ours=ours)
+    note = "Of the poses that the sampler draws. For this family position decides, and orientation never."
+    ours = f"{1 - plain:.0%} of the poses are out of reach"
+    yield on("forward-not-onto", [bool(plain < 1)], note, ours=ours)
+    note = "It is a function only if a branch is named, which the sampler does and the paper does not."
+    ours = f"{rule['jacobians']:.1%} of the poses in reach have eight Jacobians"
+    yield on.underspecified("jacobian-of-a-pose", note, ours)
+    note = (
         f"The first map is an exact rule of two lines, with {rule['disagreements']} disagreements in {rule['tried']:,} "
-        "poses. The second as printed has no pose to depend on, and needs one and a branch.",
+        "poses. The second as printed has no pose to depend on, and needs one and a branch."
     )
+    cases = {
+        "a map for what is in reach": bool(rule["disagreements"] == 0),
+        "a Jacobian of manipulator and answer": bool(rule["jacobians"] == 0),
+    }
+    yield on("two-steps", cases, note)
 
 
 def _on_the_sets(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    files = evidence["files"].where()
-    facts = files[files["columns"] == "all"]
+    facts = evidence["files"].where(columns="all")
     chance = 2 / math.sqrt(facts["samples"].max())
     far = uniformity(evidence)
-    largest = far.drop(columns="sine of the middle angle").max(axis=1)
+    largest = far.drop(columns=MIDDLE).max(axis=1)
     yield on(
         "sampler-is-uniform",
-        {name: bool(distance < UNIFORM + chance) for name, distance in largest.items()},
+        (largest < UNIFORM + chance).to_dict(),
         f"Largest distance of a column: {', '.join(map('{:.3f}'.format, largest))}. What is drawn is uniform, and what "
-        "is kept is not. Orientations are not uniform either: the sine of the middle angle is "
-        f"{far['sine of the middle angle'].iloc[0]:.2f} from uniform.",
+        f"is kept is not. Orientations are not uniform either: the {MIDDLE} is {far[MIDDLE].iloc[0]:.2f} from uniform.",
     )
     yield on.out_of_scope(
         "sampler-purposes", "Only the sets that the paper's networks are trained on are made here."
@@ -158,9 +151,6 @@ def _on_the_sets(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
         )
 
 
-# ---- numbers that verdicts and figures share -------------------------------------------------------
-
-
 def in_reach(evidence: Evidence) -> pd.Series:
     """Return the share of poses in reach of the training set with dynamics, by reading."""
     return evidence["files"].values("mean_target", file="conf_dyna, train", columns="all").droplevel("seed")
@@ -177,7 +167,7 @@ def uniformity(evidence: Evidence) -> pd.DataFrame:
         name: evidence["files"].where(reading, file=file).set_index("columns")["distance"].dropna()
         for name, (reading, file) in sources.items()
     }
-    return pd.DataFrame(rows).T[["links", "position", "angles", "sine of the middle angle"]]
+    return pd.DataFrame(rows).T[["links", "position", "angles", MIDDLE]]
 
 
 def implied_shares() -> dict[str, tuple[float, float]]:

@@ -9,29 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
+from sklearn import metrics
 
 from dexterity import spatial
-from dexterity.workspace import dataset, reachability
+from dexterity.workspace import dataset, reachability, training
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Scaling
 from dexterity.workspace.jacobian_net import Architecture, Entries, Inputs, JacobianNet, encode
-from dexterity.workspace.training import (
-    OPTIMISERS,
-    Head,
-    Loss,
-    Options,
-    Training,
-    confidence_rows,
-    cycles,
-    epochs,
-    estimation_rows,
-    network_for,
-    train,
-)
+from dexterity.workspace.training import OPTIMISERS, Head, Loss, Options, Training, cycles, epochs
 from dexterity_study.engine.experiment import experiment
 
 THRESHOLDS = (0.25, 0.5, 0.75)
@@ -39,6 +28,15 @@ THRESHOLDS = (0.25, 0.5, 0.75)
 
 ENTRIES, CONSTANT_ENTRIES = 23, 2
 """Entries of the body Jacobian that vary, and those that are constant and not zero."""
+
+SCORES = {
+    "accuracy": metrics.accuracy_score,
+    "jaccard": partial(metrics.jaccard_score, zero_division=0),
+    "precision": partial(metrics.precision_score, zero_division=0),
+    "recall": partial(metrics.recall_score, zero_division=0),
+    "correlation": metrics.matthews_corrcoef,
+}
+"""Scores of a confidence head at a threshold."""
 
 PAPERS_WAY, LONGER = "the paper's way", "the paper's way, more steps"
 UNDROPPED, CONFIDENCE_ALONE = "more steps, without dropout", "confidence alone"
@@ -111,7 +109,7 @@ def trainings(
             continue
         sets, (confidence, jacobians) = _sets(rows, 0, way.dynamics), _sets(tests, 2, way.dynamics)
         options = options_of(way, counts, paper_epochs or reading["epoch-count"])
-        network, losses, _ = _train(way, sets, options, seed)
+        network, losses, _ = fit(way, sets, options, seed)
         row: dict[str, Any] = {"way": name, "parameters": network.parameter_count}
         if "confidence" in way.heads:
             row |= sureness(network, confidence)
@@ -127,12 +125,7 @@ def trainings(
     return made, {"left_of_entries": left}
 
 
-@experiment(
-    keys=("optimiser", "head"),
-    arrays=("confidence", "estimation"),
-    smoke={"rows": 300, "count": 1},
-    **TOLERANCES,
-)
+@experiment(keys=("optimiser", "head"), arrays=HEADS, smoke={"rows": 300, "count": 1}, **TOLERANCES)
 def optimisers(seed: int, rows: int = 20_000, count: int = 12) -> Made:
     """The paper's way with each optimiser; arrays have the epochs of a head, then its validation losses."""
     sets = confidence, jacobians = _sets((rows, rows), 0, dynamics=True)
@@ -144,7 +137,7 @@ def optimisers(seed: int, rows: int = 20_000, count: int = 12) -> Made:
     curves: dict[str, Any] = {}
     for optimiser, rate in RATES.items():
         options = Options(cycles(count, count), optimiser, rate, decay=False, batch=512)
-        losses = _train(_PAPERS, sets, options, seed).losses
+        losses = fit(_PAPERS, sets, options, seed).losses
         for head, constant in constants.items():
             curve = [loss.validation for loss in losses if loss.head == head]
             places = [k for k, loss in enumerate(losses, start=1) if loss.head == head]
@@ -153,8 +146,6 @@ def optimisers(seed: int, rows: int = 20_000, count: int = 12) -> Made:
             made.append({"optimiser": optimiser, "head": head, **left, "rises": rises(curve)})
     return made, {head: np.array(own, dtype=np.float32) for head, own in curves.items()}
 
-
-# ---- training --------------------------------------------------------------------------------------
 
 _confidence_set = lru_cache(maxsize=4)(dataset.confidence_data)
 _jacobian_set = lru_cache(maxsize=4)(dataset.jacobian_data)
@@ -168,10 +159,11 @@ def _sets(rows: tuple[int, int], seed: int, dynamics: bool) -> tuple[ConfidenceD
     return _confidence_set(rows[0], seed + 1, dynamics), jacobians
 
 
-def _train(way: Way, sets: tuple[ConfidenceData, JacobianData], options: Options, seed: int) -> Training:
-    network = network_for(way.architecture, way.inputs, way.entries, sets[1], seed)
-    rows = confidence_rows(network, sets[0]), estimation_rows(network, sets[1])
-    return train(network, {head: rows[HEADS.index(head)] for head in way.heads}, options, seed)
+def fit(way: Way, sets: tuple[ConfidenceData, JacobianData], options: Options, seed: int) -> Training:
+    """Train a network on data for both heads."""
+    network = training.network_for(way.architecture, way.inputs, way.entries, sets[1], seed)
+    rows = training.confidence_rows(network, sets[0]), training.estimation_rows(network, sets[1])
+    return training.train(network, {head: rows[HEADS.index(head)] for head in way.heads}, options, seed)
 
 
 def options_of(way: Way, counts: tuple[int, int], paper_epochs: int) -> Options:
@@ -184,26 +176,11 @@ def options_of(way: Way, counts: tuple[int, int], paper_epochs: int) -> Options:
     return Options(schedule, rate=1e-3, decay=False, batch=way.batch)
 
 
-# ---- scores ----------------------------------------------------------------------------------------
-
-
 def sureness(network: JacobianNet, data: ConfidenceData) -> dict[str, float]:
     """Return the scores of a confidence head at all thresholds."""
-    confidence, reach = network.estimate(data.samples).confidence, data.reachable
-    scores: dict[str, float] = {}
-    for threshold in THRESHOLDS:
-        given = confidence >= threshold
-        pairs = ((given, reach), (given, ~reach), (~given, reach), (~given, ~reach))
-        tp, fp, fn, tn = (float((a & b).sum()) for a, b in pairs)
-        product = (tp + fp) * (tp + fn) * (tn + fp) * (tn + fn)
-        scores |= {
-            f"accuracy_{threshold:g}": (tp + tn) / len(reach),
-            f"jaccard_{threshold:g}": tp / max(tp + fp + fn, 1),
-            f"precision_{threshold:g}": tp / max(tp + fp, 1),
-            f"recall_{threshold:g}": tp / max(tp + fn, 1),
-            f"correlation_{threshold:g}": (tp * tn - fp * fn) / math.sqrt(product) if product else 0.0,
-        }
-    return scores
+    confidence, reach = network.estimate(data.samples).confidence.numpy(), data.reachable.numpy()
+    pairs = [(f"{name}_{t:g}", t, score) for t in THRESHOLDS for name, score in SCORES.items()]
+    return {name: score(reach, confidence >= t) for name, t, score in pairs}
 
 
 def errors(truth: np.ndarray, guess: np.ndarray) -> tuple[dict[str, float], np.ndarray]:
@@ -234,9 +211,6 @@ def combined(network: JacobianNet, data: ConfidenceData) -> dict[str, float]:
         "error": error.median().item() if len(error) else math.nan,
         "worst_error": error.quantile(0.99).item() if len(error) else math.nan,
     }
-
-
-# ---- curves ----------------------------------------------------------------------------------------
 
 
 def rises(validation: Sequence[float]) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -52,49 +54,41 @@ def estimation(stored: Evidence) -> Markup:
     rows = rows.assign(nothing=with_constants(rows["r2"], 0), ones=with_constants(rows["r2"], 1))
     names = {"absolute": "MAE", "squared": "MSE", "explained": "EVS", "r2": "R²"}
     names |= {"nothing": "R², constants nothing", "ones": "R², constants one"}
-    ours = over_seeds(rows, "way", names, "{:.4f}")
-    printed = [f"{value}" for value in load_paper("liao2018").printed("estimation-network")]
-    return show(pd.concat([pd.DataFrame([printed], index=["printed"], columns=ours.columns[:4]), ours]))
+    printed = load_paper("liao2018").printed("estimation-network")
+    return show(_below(printed, over_seeds(rows, "way", names, "{:.4f}")))
 
 
 def confidence(stored: Evidence) -> Markup:
     """Set the network's rows of Table VI, by threshold."""
     paper, parts = load_paper("liao2018"), {}
     rows = stored["trainings"].where().dropna(subset="accuracy_0.5")
-    rows = rows[~rows["way"].isin((ways.UNDROPPED, ways.COLUMNS, ways.RELEVANT))]
     names = {"accuracy": "accuracy", "correlation": "MCC", "precision": "precision", "recall": "recall"}
     for t in THRESHOLDS:
         percent = f"{100 * t:g}"
         score = [*paper.printed(f"confidence-network-{percent}")][::2]
         score += [] if len(score) > 1 else [paper.printed("correlation-network-25")]
-        printed = [f"{value}" for value in (*score, *paper.printed(f"retrieval-network-{percent}"))]
+        printed = *score, *paper.printed(f"retrieval-network-{percent}")
         ours = over_seeds(rows, "way", {f"{score}_{t:g}": head for score, head in names.items()}, "{:.4f}")
-        parts[t] = pd.concat([pd.DataFrame([printed], index=["printed"], columns=ours.columns), ours])
+        parts[t] = _below(printed, ours)
     return show(pd.concat(parts, names=["threshold", ""]))
 
 
-def inputs(stored: Evidence) -> Markup:
-    """Set the accuracy that each change of what the confidence head sees brings, with the threshold 0.5."""
-    rows = stored["trainings"].where().dropna(subset="accuracy_0.5")
-    rows["wrong"] = 1 - rows["accuracy_0.5"]
-    columns = {"accuracy_0.5": "accuracy", "correlation_0.5": "MCC", "jaccard_0.5": "Jaccard"}
-    scores = over_seeds(rows, "way", columns, "{:.4f}").join(
-        over_seeds(rows, "way", {"wrong": "wrong"}, "{:.2%}")
-    )
-    scores.insert(0, "sees", [WAYS[name].inputs for name in scores.index])
-    return show(scores)
+def _below(printed: Sequence[float], ours: pd.DataFrame) -> pd.DataFrame:
+    """Return our rows below the printed one, which has the first columns."""
+    row = pd.DataFrame([map(str, printed)], ["printed"], ours.columns[: len(printed)])
+    return pd.concat([row, ours])
 
 
 def gate(stored: Evidence) -> Markup:
     """Set the shares of poses that the gate lets pass, and the errors of what passes."""
-    columns = {
+    rows = stored["trainings"].where().dropna(subset="given")
+    shares = {
         "given": "given",
         "wrongly_given": "out of reach, given",
         "wrongly_kept_back": "in reach, kept back",
     }
-    rows = stored["trainings"].where().dropna(subset="given")
     errors = {"error": "median error", "worst_error": "99 % below"}
-    return show(over_seeds(rows, "way", columns | errors, "{:.2%}"))
+    return show(over_seeds(rows, "way", shares | errors, "{:.2%}"))
 
 
 def curves(stored: Evidence) -> Figure:
@@ -110,11 +104,3 @@ def curves(stored: Evidence) -> Figure:
         ax.set(xlabel="epoch of the schedule", ylabel=f"validation loss, {head}")
     fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return fig
-
-
-def optimisers(stored: Evidence) -> Markup:
-    """Set the loss that each optimiser leaves of the best constant's, and how steady it is."""
-    rows = stored["optimisers"].where()
-    rows["left at the end [%]"], rows["rises over fall"] = 100 * rows["left"], rows["rises"]
-    table = rows.pivot(index="optimiser", columns="head", values=["left at the end [%]", "rises over fall"])
-    return show(table.loc[list(RATES)])

@@ -16,7 +16,7 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.tables import with_range
 from dexterity_study.workspace.estimation import experiment as ways
-from dexterity_study.workspace.estimation.experiment import HEADS, LONGER, THRESHOLDS
+from dexterity_study.workspace.estimation.experiment import HEADS, LONGER, SCORES, THRESHOLDS
 
 ACCEPTABLE = {"confidence": 1 / 3, "estimation": 1 / 10}
 """Share of the best constant's loss below which an optimiser has converged."""
@@ -24,12 +24,20 @@ ACCEPTABLE = {"confidence": 1 / 3, "estimation": 1 / 10}
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
-    on = Judge("liao2018")
-    optimisers = evidence["optimisers"]
-    constant = optimisers.where(head="estimation")["constant"].iloc[0]
-    yield from _on_arguments(on)
-    yield from _on_tables(on, evidence["trainings"])
-    yield from _on_seeds(on, evidence["trainings"], constant)
+    on, trainings, optimisers = Judge("liao2018"), evidence["trainings"], evidence["optimisers"]
+    yield on.misprint(
+        "cross-entropy",
+        "The term for poses out of reach is missing. Without it a network that always says yes has no loss, and the "
+        "precision that Table VI prints is not that of such a network.",
+    )
+    note = "The paper writes infinities into the Jacobian; they take as much memory as numbers."
+    yield on.refuted("gate-saves-memory", note)
+    note = "As printed the step has no sign of the gradient; in use is the mean of the gradients."
+    yield on.refuted("update-rule-adamax", note)
+    yield on.not_run("update-rules", "Trainings use the rules of torch, which correct the bias of the means.")
+    yield on.not_run("scaling-accelerates", "All networks here have scaled inputs and targets.")
+    yield from _on_tables(on, trainings)
+    yield from _on_seeds(on, trainings, optimisers.where(head="estimation")["constant"].iloc[0])
     yield from _on_optimisers(on, optimisers)
 
 
@@ -63,21 +71,6 @@ NOTES = {
 PAPERS_NETWORK = "The paper's way at a smaller size with more steps."
 
 
-def _on_arguments(on: Judge) -> Iterator[Verdict]:
-    yield on.misprint(
-        "cross-entropy",
-        "The term for poses out of reach is missing. Without it a network that always says yes has no loss, and the "
-        "precision that Table VI prints is not that of such a network.",
-    )
-    for claim, note in {
-        "gate-saves-memory": "The paper writes infinities into the Jacobian; they take as much memory as numbers.",
-        "update-rule-adamax": "As printed the step has no sign of the gradient; in use is the mean of the gradients.",
-    }.items():
-        yield on.refuted(claim, note)
-    yield on.not_run("update-rules", "Trainings use the rules of torch, which correct the bias of the means.")
-    yield on.not_run("scaling-accelerates", "All networks here have scaled inputs and targets.")
-
-
 def _on_tables(on: Judge, table: Table) -> Iterator[Verdict]:
     other = {"chosen": "estimation-scores=constants-as-ones"}
     parts = []
@@ -90,16 +83,14 @@ def _on_tables(on: Judge, table: Table) -> Iterator[Verdict]:
     note = f"If constant entries count nothing in R², its ceiling is {ceiling:.2f}, and the printed one means {meant:.3f}."
     yield on("estimation-network", parts, f"{PAPERS_NETWORK} {note}", form="{:.3f}")
     for t in THRESHOLDS:
-        accuracy, correlation, precision, recall = (
-            table.values(f"{score}_{t:g}", way=LONGER)
-            for score in ("accuracy", "correlation", "precision", "recall")
-        )
-        row = [accuracy, 1 - accuracy, correlation]
+        own = {score: table.values(f"{score}_{t:g}", way=LONGER) for score in SCORES}
+        row, percent = [own["accuracy"], 1 - own["accuracy"], own["correlation"]], f"{100 * t:g}"
         # With the threshold 0.25 the MCC is printed to another digit and is a claim of its own.
         if t == 0.25:
             yield on("correlation-network-25", row.pop(), PAPERS_NETWORK, form="{:.3f}")
-        yield on(f"confidence-network-{100 * t:g}", row, PAPERS_NETWORK, form="{:.3f}")
-        yield on(f"retrieval-network-{100 * t:g}", [precision, recall], PAPERS_NETWORK, form="{:.3f}")
+        yield on(f"confidence-network-{percent}", row, PAPERS_NETWORK, form="{:.3f}")
+        retrieval = [own["precision"], own["recall"]]
+        yield on(f"retrieval-network-{percent}", retrieval, PAPERS_NETWORK, form="{:.3f}")
 
 
 def _on_seeds(on: Judge, table: Table, constant: float) -> Iterator[Verdict]:
@@ -140,10 +131,9 @@ def _on_optimisers(on: Judge, table: Table) -> Iterator[Verdict]:
         ("rmsprop-steadiest-in-estimation", "estimation", "RMSprop", ["RMSprop", "Adamax", "Adam"]),
     ):
         rises = by[head]["rises"][among]
-        told = f"{rises.idxmin()} {rises.min():.2g}; {wanted} {rises[wanted]:.2g}"
-        yield on(
-            claim, [rises.idxmin() == wanted], "By rises of the loss over its fall; one seed.", ours=told
-        )
+        ours = f"{rises.idxmin()} {rises.min():.2g}; {wanted} {rises[wanted]:.2g}"
+        note = "By rises of the loss over its fall; one seed."
+        yield on(claim, [rises.idxmin() == wanted], note, ours=ours)
     for claim, head, names, holds in (
         ("adamax-and-sgd-acceptable", "confidence", ("Adamax", "SGD"), True),
         ("adam-unsteady-in-confidence", "confidence", ("Adam", "Nadam", "RMSprop"), False),

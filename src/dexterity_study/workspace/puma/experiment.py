@@ -8,6 +8,7 @@ paper's way without its useless columns; the inputs and outputs of the other are
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from scipy import ndimage
 from torch import Tensor
 
 from dexterity import robots, spatial
@@ -24,23 +26,19 @@ from dexterity.workspace.jacobian_net import Architecture, JacobianNet
 from dexterity.workspace.maps import ByClosedForm, ByNetwork, Grid, Map
 from dexterity.workspace.resolved_rate import Circle, Method, track
 from dexterity_study.engine.experiment import experiment
+from dexterity_study.workspace.estimation.experiment import Way, fit
 
 LINKS = (0.15, 0.4318, 0.4318, 0.0203)
 """d₃, d₄, a₂ and a₃ of the PUMA 560 [m]."""
 
-NETWORKS: Mapping[str, tuple[Any, Any, Architecture]] = {
-    "rotation": ("rotation", "tool", Architecture(confidence=(192,) * 3, estimation=(256,) * 3)),
-    "plane": ("plane", "plane", Architecture(confidence=(64,) * 2, estimation=(128,) * 3)),
+NETWORKS: Mapping[str, Way] = {
+    "rotation": Way("rotation", "tool", Architecture(confidence=(192,) * 3, estimation=(256,) * 3)),
+    "plane": Way("plane", "plane", Architecture(confidence=(64,) * 2, estimation=(128,) * 3)),
 }
-"""Inputs, entries of the Jacobian and widths of the networks; their two parts share no encoder."""
 
 ALIGNED, RANDOM = "tool along the base", "random"
-FEEDBACK, OPEN, FINE, SINGULAR = (
-    "feedback",
-    "no feedback",
-    "fourth order, ten times the step",
-    "near a singularity",
-)
+FEEDBACK, OPEN = "feedback", "no feedback"
+FINE, SINGULAR = "fourth order, ten times the step", "near a singularity"
 
 NOTIONS = ("reachable", "total_orientation", "constant_orientation", "dexterous")
 HALF_SIDE = 1.0
@@ -53,8 +51,14 @@ DOWN = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
 CIRCLE = Circle((0.2, 0.2, 0.2), radius=0.1, period=10.0, lean=math.radians(20), orientation=DOWN)
 """Path of the control loop, within the training cube and clear of singularities, with the tool leaning outwards."""
 
-NEAR_SINGULAR = replace(CIRCLE, centre=(0.2, 0.0, 0.2))
-"""The same circle where it passes over the shoulder's inner border."""
+RUNS: Mapping[str, Mapping[str, Any]] = {
+    FEEDBACK: {},
+    OPEN: {"open_loop": True},
+    FINE: {"method": "rk4", "coarser": 10},
+    # The same circle where it passes over the shoulder's inner border.
+    SINGULAR: {"circle": replace(CIRCLE, centre=(0.2, 0.0, 0.2))},
+}
+"""Runs of the control loop on the exact Jacobian; networks have the first two."""
 
 PATH = {"paper": "liao2018", "assumes": ("rate-control-path",)}
 Made = tuple[list[dict[str, Any]], dict[str, Any]]
@@ -66,7 +70,8 @@ def exact(seed: int, per_side: int = 65) -> Made:  # noqa: ARG001
     grid = Grid.cube(maps.TRAINED_HALF_SIDE, per_side)
     found = maps.constant_orientation(ByClosedForm(LINKS), grid, torch.eye(3))
     row = {"largest": found.manipulability.max(), "share_reached": found.reached.double().mean()}
-    return [row], {"slices": _slices(found), "surface": _cells(grid, surface(found.reached))}
+    border = found.reached & ~torch.as_tensor(ndimage.binary_erosion(found.reached))
+    return [row], {"slices": _slices(found), "surface": _cells(grid, border)}
 
 
 @experiment(
@@ -94,27 +99,28 @@ def learned(
     random = torch.Generator().manual_seed(seed)
     angles = math.tau * torch.rand(*grid.shape, 3, generator=random, dtype=torch.float64)
     orientations = {ALIGNED: torch.eye(3).double(), RANDOM: dataset.rotation(angles)}
+    confidence = dataset.confidence_data(rows[0], 2 * seed + 1)
+    jacobians = dataset.jacobian_data(rows[1], 2 * seed + 2, dynamics=False)
+    options = training.Options(training.epochs(epochs, epochs), rate=3e-3, batch=512, validation=0.02)
     made: list[dict[str, Any]] = []
-    parts: dict[str, list[Any]] = {}
-    for number, name in enumerate(NETWORKS):
-        network = trained(name, seed, rows, epochs)
-        jacobian = partial(_estimate, network)
+    parts: defaultdict[str, list[Any]] = defaultdict(list)
+    for number, (name, way) in enumerate(NETWORKS.items()):
+        network = fit(way, (confidence, jacobians), options, seed).network
         for case, R in orientations.items():
             T = spatial.pose(R.expand(*grid.shape, 3, 3), grid.points())
             ours, truth = _ask(ByNetwork(network, LINKS), T), _ask(ByClosedForm(LINKS), T)
             made.append({"network": name, "case": case, **agreement(ours, truth)})
             if case == ALIGNED:
-                parts.setdefault("slices", []).append(_slices(ours))
-                alone = {"invented": ours.reached & ~truth.reached, "missed": truth.reached & ~ours.reached}
-                for kind, mask in alone.items():
-                    parts.setdefault(kind, []).append(np.insert(_cells(grid, mask), 0, number, axis=1))
+                parts["slices"].append(_slices(ours)[None])
+                for kind, a, b in (("invented", ours, truth), ("missed", truth, ours)):
+                    alone = _cells(grid, a.reached & ~b.reached)
+                    parts[kind].append(np.insert(alone, 0, number, axis=1))
         for case in (FEEDBACK, OPEN):
-            facts, curves = _loop(jacobian, reading, step, open_loop=case == OPEN)
+            facts, curves = _loop(partial(_estimate, network), reading, step, **RUNS[case])
             made.append({"network": name, "case": case, **facts})
             for kind, curve in curves.items():
-                parts.setdefault(kind, []).append(curve)
-    arrays = {kind: np.concatenate(parts[kind]) for kind in ("invented", "missed")}
-    return made, arrays | {kind: np.stack(parts[kind]) for kind in ("slices", "position_error", "q")}
+                parts[kind].append(curve[None])
+    return made, {kind: np.concatenate(arrays) for kind, arrays in parts.items()}
 
 
 @experiment(
@@ -124,12 +130,7 @@ def notions(seed: int, per_side: int = 33, orientations: int = 192) -> Made:  # 
     """Volumes [m³] of the workspaces by what the arm has, and the share of the orientations for y = 0."""
     puma, grid = robots.puma560(), Grid.cube(HALF_SIDE, per_side)
     limits, tool = {"lower": puma.lower, "upper": puma.upper}, {"T_flange_tool": _TOOL}
-    arms: dict[str, dict[str, Any]] = {
-        "neither": {},
-        "limits": limits,
-        "tool": tool,
-        "limits and tool": limits | tool,
-    }
+    arms: dict[str, Any] = {"neither": {}, "limits": limits, "tool": tool, "limits and tool": limits | tool}
     down = torch.tensor(DOWN, dtype=torch.float64)
     # Straight down is one of them, so that what has all has that one.
     R = torch.cat([down[None], maps.rotations(orientations - 1)])
@@ -157,31 +158,10 @@ def notions(seed: int, per_side: int = 33, orientations: int = 192) -> Made:  # 
 def loops(seed: int, reading: Mapping[str, Any], step: float | None = None) -> Made:  # noqa: ARG001
     """The control loop on the exact Jacobian."""
     J = tracking_arm().geometric_jacobian
-    runs = {
-        FEEDBACK: _loop(J, reading, step),
-        OPEN: _loop(J, reading, step, open_loop=True),
-        FINE: _loop(J, reading, step, method="rk4", coarser=10),
-        SINGULAR: _loop(J, reading, step, circle=NEAR_SINGULAR),
-    }
+    runs = {case: _loop(J, reading, step, **settings) for case, settings in RUNS.items()}
     kept = [runs[case][1] for case in (FEEDBACK, OPEN)]
     arrays = {kind: np.stack([curves[kind] for curves in kept]) for kind in kept[0]}
     return [{"case": case, **facts} for case, (facts, _) in runs.items()], arrays
-
-
-# ---- networks and maps -----------------------------------------------------------------------------
-
-
-def trained(name: str, seed: int, rows: tuple[int, int], epochs: int) -> JacobianNet:
-    """Train a network on the family of arms."""
-    inputs, entries, architecture = NETWORKS[name]
-    jacobians = dataset.jacobian_data(rows[1], 2 * seed + 2, dynamics=False)
-    network = training.network_for(architecture, inputs, entries, jacobians, seed)
-    learned: dict[training.Head, training.Rows] = {
-        "confidence": training.confidence_rows(network, dataset.confidence_data(rows[0], 2 * seed + 1)),
-        "estimation": training.estimation_rows(network, jacobians),
-    }
-    options = training.Options(training.epochs(epochs, epochs), rate=3e-3, batch=512, validation=0.02)
-    return training.train(network, learned, options, seed).network
 
 
 def _ask(answer: maps.Answer, T: Tensor) -> Map:
@@ -216,20 +196,10 @@ def _slices(found: Map) -> np.ndarray:
     return torch.stack([w[:, middle], w[:, :, middle]]).float().numpy()
 
 
-def surface(reached: Tensor) -> Tensor:
-    """Tell which cells in reach have one of their six neighbours out of reach, or outside of the grid."""
-    padded = torch.nn.functional.pad(reached, (1, 1, 1, 1, 1, 1))
-    inner = [padded.roll(step, axis)[1:-1, 1:-1, 1:-1] for axis in range(3) for step in (-1, 1)]
-    return reached & ~torch.stack(inner).all(0)
-
-
 def _cells(grid: Grid, mask: Tensor, most: int = 2_000) -> np.ndarray:
     """Positions (k, 3) of a mask's cells; every so many, if they are more than can be drawn."""
     points = grid.points()[mask]
     return points[:: max(1, math.ceil(len(points) / most))].float().numpy()
-
-
-# ---- arms and the loop -----------------------------------------------------------------------------
 
 
 def tracking_arm() -> Chain:
@@ -239,8 +209,7 @@ def tracking_arm() -> Chain:
 
 def _estimate(network: JacobianNet, q: Tensor) -> Tensor:
     """Fig. 12: the pose from the joint angles, the Jacobian from the pose."""
-    links = torch.tensor(LINKS, dtype=torch.float64)
-    return network.answer(links, tracking_arm().forward(q)).jacobian
+    return network.answer(LINKS, tracking_arm().forward(q)).jacobian
 
 
 def _loop(
@@ -263,17 +232,16 @@ def _loop(
     estimated, truth = jacobian(found.q), arm.geometric_jacobian(found.q)
     wrong = torch.linalg.matrix_norm(estimated - truth) / torch.linalg.matrix_norm(truth)
     every = max(1, round(0.05 / step))
-    curves = {}
-    for kind, values in (("position_error", found.position_error), ("q", found.q)):
-        curves[kind] = np.full(
-            (round(period / step) // every + 1, *values.shape[1:]), np.nan, dtype=np.float32
-        )
-        told = values[::every]
-        curves[kind][: len(told)] = told.numpy()
+    frames = round(period / step) // every + 1
+
+    def told(values: Tensor) -> np.ndarray:
+        own = values[::every].float().numpy()
+        return np.concatenate([own, np.full_like(own, np.nan, shape=(frames - len(own), *own.shape[1:]))])
+
     return {
         "largest": found.position_error.max(),
         "last": found.position_error[-1],
         "orientation": found.orientation_error.max(),
         "jacobian_error": wrong.median(),
         "ended": found.message or "on time",
-    }, curves
+    }, {"position_error": told(found.position_error), "q": told(found.q)}

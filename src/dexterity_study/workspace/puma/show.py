@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import torch
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
 from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
@@ -31,9 +35,7 @@ def manipulability_scene(per_side: int = 41) -> Scene:
     grids = Grid(side, middle, side), Grid(middle, half, side), Grid(side, half, middle)
     cuts = [maps.constant_orientation(ByClosedForm(puma.LINKS, None), grid, torch.eye(3)) for grid in grids]
     points = torch.cat([grid.points().flatten(0, 2) for grid in grids])
-    w, reached = (
-        torch.cat([getattr(cut, of).flatten() for cut in cuts]) for of in ("manipulability", "reached")
-    )
+    reached, w = (torch.cat([part.flatten() for part in parts]) for parts in zip(*cuts, strict=True))
     scene = Scene("Three sections through what the PUMA 560 reaches", view_from=(0.6, -1.0, 0.5))
     scene.add_chain(puma.tracking_arm(), [-1.2, 0.9, -2.2, 0.0, 0.6, 0.0], axes=False)
     classes = (w / w.max() * len(PALETTE)).long().clamp(max=len(PALETTE) - 1)
@@ -63,18 +65,14 @@ def difference_scene(stored: Evidence, network: str) -> Scene:
 
 def tracking_scene(stored: Evidence) -> Scene:
     """Show the arm on its way round the circle, with the exact Jacobian and that of the first network."""
-    scene = Scene("Round a circle by resolved rates", view_from=(1.0, 0.3, 0.6))
+    scene, arm = Scene("Round a circle by resolved rates", view_from=(1.0, 0.3, 0.6)), puma.tracking_arm()
     for name, experiment, color in (("rotation", "learned", "vermillion"), ("exact", "loops", "blue")):
         q = stored[experiment].array("q")[0, 0].astype(np.float64)
-        frames = q[~np.isnan(q[:, 0])]
-        scene.add_chain(
-            puma.tracking_arm(), frames[0], name=f"{name} Jacobian", axes=False, color=COLORS[color]
-        )
+        frames, title = q[~np.isnan(q[:, 0])], f"{name} Jacobian"
+        scene.add_chain(arm, frames[0], name=title, axes=False, color=COLORS[color])
         if len(frames) > 1:
-            scene.animate(f"{name} Jacobian", frames, frames_per_second=20)
-        scene.add_path(
-            puma.tracking_arm().forward(frames)[:, :3, 3], name=f"tool, {name} Jacobian", color=color
-        )
+            scene.animate(title, frames, frames_per_second=20)
+        scene.add_path(arm.forward(frames)[:, :3, 3], name=f"tool, {title}", color=color)
     return scene
 
 
@@ -82,14 +80,15 @@ def agreement(table: Table) -> Markup:
     """Set how the learned maps agree with the exact one; errors of w in per cent of its largest value."""
     rows = table.where().set_index(["network", "case"])
     rows = rows[rows.index.isin((puma.ALIGNED, puma.RANDOM), level="case")]
-    columns = {"reached": "IoU in reach", "unreached": "IoU out of reach", "right": "right"}
-    errors = {
-        "median_error": "median [%]",
-        "ninth_decile": "nine in ten below [%]",
-        "largest_error": "largest [%]",
+    columns = {
+        "IoU in reach": rows["reached"],
+        "IoU out of reach": rows["unreached"],
+        "right": rows["right"],
+        "error of w, median [%]": 100 * rows["median_error"],
+        "error of w, nine in ten below [%]": 100 * rows["ninth_decile"],
+        "error of w, largest [%]": 100 * rows["largest_error"],
     }
-    of_w = (100 * rows[list(errors)]).rename(columns=errors).add_prefix("error of w, ")
-    return show(rows[list(columns)].rename(columns=columns).join(of_w))
+    return show(pd.DataFrame(columns))
 
 
 def maps_beside(stored: Evidence) -> Figure:
@@ -97,28 +96,29 @@ def maps_beside(stored: Evidence) -> Figure:
     fig, panels = plt.subplots(3, 2, figsize=(6.8, 9), sharex=True)
     half, exact = maps.TRAINED_HALF_SIDE, stored["exact"].array("slices")[0]
     top = np.nanmax(exact)
-    look = {"origin": "lower", "extent": (-half, half, -half, half)}
     for ax, cut, w in zip(panels[0], CUTS, exact, strict=True):
-        image = ax.imshow(w.T, vmin=0, vmax=top, **look)
-        ax.set(title=f"exact, {cut}")
+        image = _slice(ax, w, half, f"exact, {cut}", vmin=0, vmax=top)
     fig.colorbar(image, ax=panels[0], label="w [m³]")
-    for row, name, slices in zip(
-        panels[1:], puma.NETWORKS, stored["learned"].array("slices")[0], strict=True
-    ):
+    learned = stored["learned"].array("slices")[0]
+    for row, name, slices in zip(panels[1:], puma.NETWORKS, learned, strict=True):
         for ax, cut, w, ours in zip(row, CUTS, exact, slices, strict=True):
             off = np.nan_to_num(ours) - np.nan_to_num(w)
-            image = ax.imshow(off.T, vmin=-top / 2, vmax=top / 2, cmap="PuOr", **look)
+            title = f"{name} − exact, {cut}"
+            image = _slice(ax, off, half, title, vmin=-top / 2, vmax=top / 2, cmap="PuOr")
             x, y = (np.linspace(-half, half, len(w))[i] for i in np.nonzero(np.isnan(ours) != np.isnan(w)))
             ax.plot(x, y, ".", ms=1.5, color=COLORS["vermillion"])
-            ax.set(title=f"{name} − exact, {cut}")
         fig.colorbar(image, ax=row, label="difference of w [m³]")
-    for row in panels:
-        row[0].set(ylabel="z [m]")
-        row[1].set(ylabel="y [m]")
-    for ax in panels.flat:
-        ax.grid(visible=False)
+    plt.setp(panels[:, 0], ylabel="z [m]")
+    plt.setp(panels[:, 1], ylabel="y [m]")
     plt.setp(panels[2], xlabel="x [m]")
     return fig
+
+
+def _slice(ax: Axes, values: np.ndarray, half: float, title: str, **look: Any) -> AxesImage:
+    """Draw values over a square of which the first axis goes to the right."""
+    ax.set_title(title)
+    ax.grid(visible=False)
+    return ax.imshow(values.T, origin="lower", extent=(-half, half, -half, half), **look)
 
 
 def notions(stored: Evidence) -> Markup:
@@ -133,11 +133,7 @@ def orientations(stored: Evidence) -> Figure:
     fig, panels = plt.subplots(2, 2, figsize=(6.8, 6.2), sharex=True, sharey=True)
     table = stored["notions"]
     for ax, name, share in zip(panels.flat, table.where()["arm"], table.array("share")[0], strict=True):
-        extent = (-puma.HALF_SIDE, puma.HALF_SIDE, -puma.HALF_SIDE, puma.HALF_SIDE)
-        shown = np.where(share > 0, share, np.nan)
-        image = ax.imshow(shown.T, origin="lower", extent=extent, vmin=0, vmax=1)
-        ax.set(title=name)
-        ax.grid(visible=False)
+        image = _slice(ax, np.where(share > 0, share, np.nan), puma.HALF_SIDE, name, vmin=0, vmax=1)
     plt.setp(panels[1], xlabel="x [m]")
     plt.setp(panels[:, 0], ylabel="z [m]")
     fig.colorbar(image, ax=panels, label="share of the orientations")
@@ -147,27 +143,25 @@ def orientations(stored: Evidence) -> Figure:
 def runs(stored: Evidence) -> Markup:
     """Set the errors of the runs of the control loop."""
     exact = stored["loops"].where().assign(network="exact")
-    rows = pd.concat([exact, stored["learned"].where().dropna(subset="ended")])
-    factors = {
-        "jacobian_error": ("Jacobian off by [%]", 100),
-        "largest": ("position, largest [mm]", 1e3),
-        "last": ("position, end [mm]", 1e3),
-        "orientation": ("orientation, largest [mrad]", 1e3),
+    rows = pd.concat([exact, stored["learned"].where().dropna(subset="ended")]).set_index(["network", "case"])
+    columns = {
+        "Jacobian off by [%]": 100 * rows["jacobian_error"],
+        "position, largest [mm]": 1e3 * rows["largest"],
+        "position, end [mm]": 1e3 * rows["last"],
+        "orientation, largest [mrad]": 1e3 * rows["orientation"],
+        "ended": rows["ended"],
     }
-    table = rows.set_index(["network", "case"])
-    columns = {head: factor * table[metric] for metric, (head, factor) in factors.items()}
-    return show(pd.DataFrame({**columns, "ended": table["ended"]}))
+    return show(pd.DataFrame(columns))
 
 
 def errors(stored: Evidence) -> Figure:
     """Draw the error of the position over time, with and without feedback."""
     fig, panels = plt.subplots(2, 1, figsize=(6.8, 5.6), sharex=True, sharey=True)
-    exact = stored["loops"].array("position_error")[0]
-    curves = np.concatenate([exact, stored["learned"].array("position_error")[0]]).reshape(3, 2, -1)
+    parts = [stored[name].array("position_error")[0] for name in ("loops", "learned")]
+    curves = np.concatenate(parts).reshape(3, 2, -1)
     time = np.linspace(0, READING["rate-control-path"][1], curves.shape[-1])
-    for name, color, own in zip(
-        ("exact", *puma.NETWORKS), ("blue", "vermillion", "bluish green"), curves, strict=True
-    ):
+    names, colors = ("exact", *puma.NETWORKS), ("blue", "vermillion", "bluish green")
+    for name, color, own in zip(names, colors, curves, strict=True):
         for ax, error in zip(panels, own, strict=True):
             ax.semilogy(time[1:], 1e3 * error[1:], color=COLORS[color], label=name)
     for ax, case in zip(panels, (puma.FEEDBACK, puma.OPEN), strict=True):

@@ -42,23 +42,21 @@ def worst_of_maps(evidence: Evidence) -> pd.DataFrame:
 
 def _on_notions(on: Judge, arms: pd.DataFrame) -> Iterator[Verdict]:
     volumes = arms[list(NOTIONS)].astype(float)
-    neither, both = volumes.loc["neither"], volumes.loc["limits and tool"]
+    neither = volumes.loc["neither"]
+    order = volumes.loc["limits and tool", ["reachable", "total_orientation", "dexterous"]]
     alike = bool((neither == neither.iloc[0]).all())
-    order = both[["reachable", "total_orientation", "dexterous"]]
-    yield on(
-        "five-notions",
-        {"one without limits or a tool": alike, "apart with both": bool((order.diff().iloc[1:] < 0).all())},
+    note = (
         f"Without limits or a tool all are {neither['reachable']:.2g} m³; with both they are "
-        f"{', '.join(f'{size:.2g}' for size in order)} m³ (reachable, within 45° of down, dexterous).",
+        f"{', '.join(f'{size:.2g}' for size in order)} m³ (reachable, within 45° of down, dexterous)."
     )
-    yield on(
-        "six-dimensions-undrawable",
-        {
-            "with limits or a tool": bool((arms["mean_share"].iloc[1:] < 1).all()),
-            "the paper's arms": not alike,
-        },
-        "The paper's arms have every orientation wherever they reach, so that one picture in space shows all.",
+    apart = bool((order.diff().iloc[1:] < 0).all())
+    yield on("five-notions", {"one without limits or a tool": alike, "apart with both": apart}, note)
+    parted = bool((arms["mean_share"].iloc[1:] < 1).all())
+    note = (
+        "The paper's arms have every orientation wherever they reach, so that one picture in space shows all."
     )
+    cases = {"with limits or a tool": parted, "the paper's arms": not alike}
+    yield on("six-dimensions-undrawable", cases, note)
     yield on.not_run("workspace-functions", "The paper's library was not run; ours has all five notions.")
 
 
@@ -69,58 +67,42 @@ def _on_maps(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     in_reach = evidence["exact"].where()["share_reached"].iloc[0]
     overlap = ", ".join(f"{name}: {value:.3f}" for name, value in worst["overlap"].items())
     error = ", ".join(f"{name}: {value:.2%}" for name, value in worst["error"].items())
-    decides = (
-        f"{in_reach:.0%} of the cube are in reach, so that the cells out of reach decide; error of w {error}."
+    note = (
+        f"Smallest intersection over union. {in_reach:.0%} of the cube are in reach, so that the cells out of reach "
+        f"decide; error of w {error}."
     )
-    for claim, holds, note, ours in (
-        ("puma-maps-alike", fits & precise, f"Smallest intersection over union. {decides}", overlap),
-        (
-            "workspace-from-jacobian",
-            fits,
-            "The confidence draws the workspace, the Jacobian has no part in it.",
-            overlap,
-        ),
-        (
-            "manipulability-from-estimate",
-            precise,
-            "Median error of w, in shares of its largest value.",
-            error,
-        ),
-    ):
-        yield on(claim, {name: bool(own) for name, own in holds.items()}, note, ours=ours)
+    yield on("puma-maps-alike", (fits & precise).to_dict(), note, ours=overlap)
+    note = "The confidence draws the workspace, the Jacobian has no part in it."
+    yield on("workspace-from-jacobian", fits.to_dict(), note, ours=overlap)
+    note = "Median error of w, in shares of its largest value."
+    yield on("manipulability-from-estimate", precise.to_dict(), note, ours=error)
 
 
 def _on_control(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     radius = READING["rate-control-path"][0]
     runs = evidence["learned"].where(case=FEEDBACK).set_index("network")
-    told = ", ".join(f"{name}: {1e3 * largest:.2g} mm" for name, largest in runs["largest"].items())
-    works = runs["ended"]["rotation"] == "on time"
+    ours = ", ".join(f"{name}: {1e3 * largest:.2g} mm" for name, largest in runs["largest"].items())
+    ended, largest = runs.loc["rotation", ["ended", "largest"]]
     in_loop = {
-        f"in the loop, to {name} of the radius": bool(works and runs["largest"]["rotation"] <= share * radius)
+        f"in the loop, to {name} of the radius": bool(ended == "on time" and largest <= share * radius)
         for name, share in OFF.items()
     }
-    precise = worst_of_maps(evidence)["error"]["rotation"] <= READING["varies-slightly"][1]
-    yield on(
-        "jacobian-is-useful",
-        in_loop | {"for manipulability": bool(precise)},
-        f"With the network of rotation matrices; largest distances from the circle are {told}.",
-    )
-    yield on(
-        "rate-control-through-the-pose",
-        in_loop,
+    precise = bool(worst_of_maps(evidence)["error"]["rotation"] <= READING["varies-slightly"][1])
+    note = f"With the network of rotation matrices; largest distances from the circle are {ours}."
+    yield on("jacobian-is-useful", in_loop | {"for manipulability": precise}, note)
+    note = (
         "Largest distance from the circle. Feedback holds the network's errors; but forward kinematics, which closes the "
-        "loop, is all that the exact Jacobian needs.",
-        ours=told,
+        "loop, is all that the exact Jacobian needs."
     )
+    yield on("rate-control-through-the-pose", in_loop, note, ours=ours)
     loops = evidence["loops"]
     largest, fine = (loops.values("largest", case=case) for case in (FEEDBACK, FINE))
-    yield on(
-        "rate-control-scheme",
-        (loops.values("ended", case=FEEDBACK) == "on time") & (largest <= OFF["a hundredth"] * radius),
+    holds = (loops.values("ended", case=FEEDBACK) == "on time") & (largest <= OFF["a hundredth"] * radius)
+    note = (
         "Largest distance with the exact Jacobian, within a hundredth of the radius. It is the error of Euler's "
-        f"steps: steps of fourth order, ten times as long, leave {1e3 * fine['chosen'].max():.1g} mm.",
-        ours=f"{1e3 * largest['chosen'].max():.2g} mm",
+        f"steps: steps of fourth order, ten times as long, leave {1e3 * fine['chosen'].max():.1g} mm."
     )
+    yield on("rate-control-scheme", holds, note, ours=f"{1e3 * largest['chosen'].max():.2g} mm")
     yield on.not_run(
         "rate-control-by-angles",
         "No such network is made, here or in the paper. With the angles at hand the Jacobian is a product of known frames.",

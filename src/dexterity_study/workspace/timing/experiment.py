@@ -20,71 +20,58 @@ from torch import Tensor
 
 from dexterity.codegen.library import compiled_library
 from dexterity.timing import Timing, Way, measure
-from dexterity.workspace import closed_form, compiled, dataset, maps, reachability
+from dexterity.workspace import closed_form, compiled, dataset, maps, reachability, training
 from dexterity.workspace.compiled import CompiledArm
 from dexterity.workspace.dataset import Scaling
 from dexterity.workspace.jacobian_net import PAPER_SIZE, Architecture, JacobianNet
 from dexterity_study.engine.experiment import experiment
-from dexterity_study.workspace.baselines.experiment import CLASSIFIERS, REGRESSORS, classifiers, regressors
+from dexterity_study.workspace.baselines.experiment import CLASSIFIERS, REGRESSORS, seeded
 
 NUMERICAL, NUMERICAL_JACOBIAN = "numerical angles alone", "numerical angles, exact Jacobian"
 ANALYTIC, ANALYTIC_JACOBIAN = "analytic angles alone", "analytic angles, exact Jacobian"
 ANGLES, CLOSED, REACH = "exact, by angles", "exact, closed form", "exact, w alone"
 PLANE, PAPERS = "network, plane", "network, paper's size"
 
-TOOLBOX, SINGLE, SOME, MANY = (
-    "toolbox, one by one",
-    "torch, one by one",
-    "torch, test set",
-    "torch, many at once",
-)
+TOOLBOX = "toolbox, one by one"
+SINGLE, SOME, MANY = "torch, one by one", "torch, test set", "torch, many at once"
 C_FROM_PYTHON, C_FROM_C = "C from Python, one by one", "C from C, one by one"
 C_SOME, C_MANY = "C, test set", "C, many at once"
 
 _SMALL = Architecture(confidence=(192,) * 3, estimation=(256,) * 3)
-NETWORKS: Mapping[str, tuple[Any, Any, Architecture, int, int]] = {
-    "network, rotation": ("rotation", "tool", _SMALL, 16, 23),
-    PLANE: ("plane", "plane", _SMALL, 6, 11),
-    PAPERS: ("rotation", "tool", PAPER_SIZE, 16, 23),
+NETWORKS: Mapping[str, tuple[Architecture, Any, Any]] = {
+    "network, rotation": (_SMALL, "rotation", "tool"),
+    PLANE: (_SMALL, "plane", "plane"),
+    PAPERS: (PAPER_SIZE, "rotation", "tool"),
 }
-"""Inputs, entries and widths of the networks, and the numbers of their inputs and outputs."""
+"""Widths, inputs and entries of the networks."""
 
-SLOW = (
-    "confidence-svm-radial",
-    "confidence-svm-sigmoid",
-    "confidence-gaussian-process",
-    "estimation-gaussian-process",
-)
+SLOW = ("svm-radial", "svm-sigmoid", "gaussian-process")
 """Methods whose training takes more than a few times as long for twice the rows."""
 
-TIMES = {"timed": True, "unsteady": ("lower", "median", "upper")}
+COLUMNS = ("configurations", "lower", "median", "upper")
+TIMES: Any = {"timed": True, "unsteady": COLUMNS[1:]}
+BRIEF: Any = {"rounds": 1, "seconds": 1e-3}
+Rows = Iterator[dict[str, Any]]
+Ways = dict[str, Callable[[Any], object]]
 
 
 @experiment(smoke={"in_loops": 3})
-def ways(seed: int, in_loops: int = 20) -> Iterator[dict[str, Any]]:
+def ways(seed: int, in_loops: int = 20) -> Rows:
     """Deviations of Jacobians from that by angles, and sizes of the paper's network and of the C file."""
-    robot = _toolbox()
+    robot, numerical, analytic = _toolbox()
     links, T = _poses(robot, seed, in_loops)
     truth, poses = _by_angles(links, T), _raised(robot, T)
-    theirs = [robot.jacob0(_analytic(robot, pose).q) for pose in poses]
-    found = {
-        "toolbox": np.array(theirs),
-        "torch": _closed_form()(links, T),
-        "c": CompiledArm(links).solve(T).jacobian,
-    }
+    theirs = np.array([robot.jacob0(analytic(pose).q) for pose in poses])
+    found = {"toolbox": theirs, "torch": _closed_form()(links, T), "c": CompiledArm(links).solve(T).jacobian}
     yield {
-        "solved": float(np.mean([_numerical(robot, pose).success for pose in poses])),
+        "solved": float(np.mean([numerical(pose).success for pose in poses])),
         **{name: (torch.as_tensor(J) - truth).abs().max() for name, J in found.items()},
         "source_bytes": len(compiled.c_source().encode()),
         "parameters": _untrained(PAPERS, seed).parameter_count,
     }
 
 
-@experiment(
-    keys=("rung", "way"),
-    smoke={"in_loops": 3, "some": 20, "many": 40, "rounds": 1, "seconds": 1e-3},
-    **TIMES,
-)
+@experiment(keys=("rung", "way"), smoke={"in_loops": 3, "some": 20, "many": 40, **BRIEF}, **TIMES)
 def ladder(
     seed: int,
     in_loops: int = 20,
@@ -92,21 +79,21 @@ def ladder(
     many: int = 100_000,
     rounds: int = 7,
     seconds: float = 0.02,
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """Times per pose [s], from a toolbox that is called for each pose down to C on many poses at once."""
-    robot = _toolbox()
+    robot, numerical, analytic = _toolbox()
     links, T = _poses(robot, seed, many)
     few, some_poses, arm = T[:in_loops], T[:some], CompiledArm(links)
-    toolbox: dict[str, Callable[[Any], object]] = {
-        NUMERICAL: partial(_numerical, robot),
-        NUMERICAL_JACOBIAN: lambda pose: robot.jacob0(_numerical(robot, pose).q),
-        ANALYTIC: partial(_analytic, robot),
-        ANALYTIC_JACOBIAN: lambda pose: robot.jacob0(_analytic(robot, pose).q),
+    toolbox: Ways = {
+        NUMERICAL: numerical,
+        NUMERICAL_JACOBIAN: lambda pose: robot.jacob0(numerical(pose).q),
+        ANALYTIC: analytic,
+        ANALYTIC_JACOBIAN: lambda pose: robot.jacob0(analytic(pose).q),
     }
-    exact = {ANGLES: partial(_by_angles, links), CLOSED: partial(_closed_form(), links)}
+    exact: Ways = {ANGLES: partial(_by_angles, links), CLOSED: partial(_closed_form(), links)}
     every = exact | {name: partial(_untrained(name, seed).answer, links) for name in NETWORKS}
     small = {name: way for name, way in every.items() if name != PAPERS}
-    in_c = {CLOSED: arm.solve, REACH: arm.manipulability}
+    in_c: Ways = {CLOSED: arm.solve, REACH: arm.manipulability}
     rungs = {
         TOOLBOX: _looping(toolbox, _raised(robot, few)),
         SINGLE: _looping(every, few),
@@ -118,16 +105,11 @@ def ladder(
         C_MANY: _at_once(in_c, T),
     }
     for rung, timed in rungs.items():
-        yield from (
-            {"rung": rung, "way": timing.name, **_row(timing)} for timing in measure(timed, rounds, seconds)
-        )
+        for timing in measure(timed, rounds, seconds):
+            yield {"rung": rung, "way": timing.name, **_row(timing)}
 
 
-@experiment(
-    keys=("method",),
-    smoke={"rows": 60, "slow_rows": 30, "tests": 10, "rounds": 1, "seconds": 1e-3},
-    **TIMES,
-)
+@experiment(keys=("method",), smoke={"rows": 60, "slow_rows": 30, "tests": 10, **BRIEF}, **TIMES)
 def others(
     seed: int,
     rows: int = 50_000,
@@ -135,42 +117,28 @@ def others(
     tests: int = 2_000,
     rounds: int = 3,
     seconds: float = 0.02,
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """Times per row [s] with which the other methods of both tables predict all test rows at once."""
     confidence = dataset.confidence_data(rows + tests, seed)
     jacobians = dataset.jacobian_data(rows + tests, seed)
-    tasks: tuple[tuple[str, Any, Any, Mapping[str, str], Mapping[str, Any]], ...] = (
-        ("confidence", confidence.samples, confidence.reachable, CLASSIFIERS, classifiers(seed)),
-        (
-            "estimation",
-            jacobians.samples,
-            jacobians.in_frame("tool").flatten(1),
-            REGRESSORS,
-            regressors(seed),
-        ),
-    )
-    for task, samples, y, names, models in tasks:
+    for task, samples, y, methods in (
+        ("confidence", confidence.samples, confidence.reachable, CLASSIFIERS),
+        ("estimation", jacobians.samples, jacobians.in_frame("tool").flatten(1), REGRESSORS),
+    ):
         columns = dataset.features(samples)
         x = Scaling.to_unit_deviation(columns).apply(columns).numpy()
-        for name, model in models.items():
-            method = f"{task}-{names[name]}"
-            count = slow_rows if method in SLOW else rows
+        for method in methods.values():
+            name, count = f"{task}-{method.key}", slow_rows if method.key in SLOW else rows
             with warnings.catch_warnings():
                 # Whether a fit on a part of the rows converges does not matter here.
                 warnings.simplefilter("ignore")
-                model.fit(x[:count], y[:count].numpy())
-            way = Way(method, partial(model.predict, x[rows:]), tests)
-            (timing,) = measure([way], rounds, seconds)
-            yield {"method": method, "rows": count, **_row(timing)}
+                model = seeded(method, seed).fit(x[:count], y[:count].numpy())
+            (timing,) = measure([Way(name, partial(model.predict, x[rows:]), tests)], rounds, seconds)
+            yield {"method": name, "rows": count, **_row(timing)}
 
 
-@experiment(keys=("side",), smoke={"sides": (2, 3), "rounds": 1, "seconds": 1e-3}, **TIMES)
-def grids(
-    seed: int,  # noqa: ARG001
-    sides: tuple[int, ...] = (4, 6, 8, 10),
-    rounds: int = 3,
-    seconds: float = 0.02,
-) -> Iterator[dict[str, Any]]:
+@experiment(keys=("side",), smoke={"sides": (2, 3), **BRIEF}, **TIMES)
+def grids(seed: int, sides: tuple[int, ...] = (4, 6, 8, 10), rounds: int = 3, seconds: float = 0.02) -> Rows:  # noqa: ARG001
     """Times [s] of w on whole grids of so many steps for each of position and angles of orientation, compiled."""
     answer = maps.ByClosedForm((0.15, 0.4318, 0.4318, 0.0203), backend="c")
     for side in sides:
@@ -182,19 +150,20 @@ def grids(
 
 
 def _row(timing: Timing) -> dict[str, float]:
-    return {name: getattr(timing, name) for name in ("configurations", "lower", "median", "upper")}
+    return {name: getattr(timing, name) for name in COLUMNS}
 
 
-# ---- ways ------------------------------------------------------------------------------------------
+def _toolbox() -> tuple[Any, Callable[[Any], Any], Callable[[Any], Any]]:
+    """Return the PUMA 560 of the Python toolbox, its numerical and its analytic inverse kinematics.
 
-
-def _toolbox() -> Any:
-    """Return the PUMA 560 of the Python toolbox."""
+    The numerical one is by Levenberg's and Marquardt's steps from zero; its seed is for further starts.
+    """
     with warnings.catch_warnings():
         # It writes LaTeX into plain strings.
         warnings.simplefilter("ignore")
         import roboticstoolbox
-    return roboticstoolbox.models.DH.Puma560()
+    robot = roboticstoolbox.models.DH.Puma560()
+    return robot, partial(robot.ikine_LM, q0=np.zeros(6), seed=0), partial(robot.ikine_a, config="lun")
 
 
 def _poses(robot: Any, seed: int, count: int) -> tuple[Tensor, Tensor]:
@@ -213,16 +182,6 @@ def _raised(robot: Any, T: Tensor) -> list[Any]:
     return list(raised.numpy())
 
 
-def _numerical(robot: Any, pose: Any) -> Any:
-    """Solve for the angles by Levenberg's and Marquardt's steps, from zero, with the default settings."""
-    # A seed for the starts that follow if the first one does not lead there.
-    return robot.ikine_LM(pose, q0=np.zeros(6), seed=0)
-
-
-def _analytic(robot: Any, pose: Any) -> Any:
-    return robot.ikine_a(pose, config="lun")
-
-
 def _by_angles(links: Tensor, T: Tensor) -> Tensor:
     return reachability.geometric_jacobian(links, reachability.inverse(links, T)[0])
 
@@ -234,21 +193,20 @@ def _closed_form() -> Callable[[Tensor, Tensor], Tensor]:
 
 
 def _untrained(name: str, seed: int) -> JacobianNet:
-    """Return a network with random weights, and scaling that leaves everything as it is."""
-    inputs, entries, architecture, *widths = NETWORKS[name]
-    same = [Scaling(torch.zeros(k).double(), torch.ones(k).double()) for k in widths]
-    random = torch.Generator().manual_seed(seed)
-    return JacobianNet(architecture, inputs, entries, same[0], same[1], random).eval()
+    """Return a network with random weights."""
+    return training.network_for(
+        *NETWORKS[name], dataset.jacobian_data(100, seed, dynamics=False), seed
+    ).eval()
 
 
-def _looping(functions: Mapping[str, Callable[[Any], object]], poses: Any) -> list[Way]:
+def _looping(functions: Ways, poses: Any) -> list[Way]:
     def loop(function: Callable[[Any], object]) -> object:
         return [function(T) for T in poses]
 
     return [Way(name, partial(loop, function), len(poses)) for name, function in functions.items()]
 
 
-def _at_once(functions: Mapping[str, Callable[[Tensor], object]], T: Tensor) -> list[Way]:
+def _at_once(functions: Ways, T: Tensor) -> list[Way]:
     return [Way(name, partial(function, T), len(T)) for name, function in functions.items()]
 
 

@@ -1,4 +1,4 @@
-"""Tables and a figure of times, from rows of their experiments."""
+"""A figure and a table of times, from rows of their experiments."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity.scenes.colors import COLORS
-from dexterity.timing import ratio
 from dexterity_study.claims.judge import Judge
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.markup import Markup
@@ -20,23 +19,7 @@ SIDES = (10, 20, 50)
 UNITS = {"years": 31_557_600.0, "days": 86_400.0, "h": 3_600.0, "min": 60.0, "s": 1.0, "ms": 1e-3, "µs": 1e-6}
 
 
-def ladder(stored: Evidence) -> Markup:
-    """Set the times of all ways for a pose, and how many times as long as compiled in the largest batch they take."""
-    timings = times(stored)
-    foot = timings[of.C_MANY, of.CLOSED]
-    rows = {
-        place: {
-            "poses": f"{one.configurations:,}",
-            "median [ns]": f"{1e9 * one.median:,.4g}",
-            "quartiles [ns]": f"{1e9 * one.lower:,.4g}–{1e9 * one.upper:,.4g}",
-            "times compiled": "1" if one == foot else str(ratio(one, foot)),
-        }
-        for place, one in timings.items()
-    }
-    return show(pd.DataFrame.from_dict(rows, orient="index"))
-
-
-def ladder_figure(stored: Evidence) -> Figure:
+def ladder(stored: Evidence) -> Figure:
     """Draw the time of each way for a pose, and printed times of the same kind."""
     fig, ax = plt.subplots(figsize=(6.8, 4.6))
     rungs = times(stored)
@@ -60,28 +43,6 @@ def _color(way: str) -> str:
     return COLORS[LOOKS[way.replace(",", "").split()[0]]]
 
 
-def beside_the_paper(stored: Evidence) -> Markup:
-    """Set times of inverse kinematics, Jacobians and networks [µs] beside the paper's."""
-    on, rungs = Judge("liao2018"), times(stored)
-    rows = {
-        f"{way}, {rung}": {"paper": 1e6 * printed_seconds(on, claim), "ours": 1e6 * rungs[rung, way].median}
-        for claim, (rung, way) in (*PRINTED.items(), ("time-estimation-network", (of.SINGLE, of.PAPERS)))
-    }
-    return show(pd.DataFrame.from_dict(rows, orient="index"), "{:,.0f}")
-
-
-def other_methods(stored: Evidence) -> Markup:
-    """Set times of the other methods for a sample [µs] beside the paper's, with the rows of training."""
-    on, rows = Judge("liao2018"), stored["others"].where().set_index("method")
-    columns = {
-        "paper": [1e6 * printed_seconds(on, f"time-{method}") for method in rows.index],
-        "ours": 1e6 * rows["median"],
-        "rows": rows["rows"],
-    }
-    names = [method.replace("-", ", ", 1).replace("-", " ") for method in rows.index]
-    return show(pd.DataFrame(columns).set_axis(names), "{:,.1f}")
-
-
 def grids(stored: Evidence) -> Markup:
     """Set how long grids of so many steps a side take, from the times of the ladder for a pose."""
     named = {
@@ -93,13 +54,12 @@ def grids(stored: Evidence) -> Markup:
         "compiled, w alone": (of.C_MANY, of.REACH),
     }
     rungs = times(stored)
-    rows = {
-        name: [_duration(side**6 * rungs[place].median) for side in SIDES] for name, place in named.items()
-    }
-    rows["positions alone, which suffice"] = [
-        _duration(side**3 * rungs[of.C_MANY, of.REACH].median) for side in SIDES
+    seconds = {name: [rungs[place].median * side**6 for side in SIDES] for name, place in named.items()}
+    seconds["positions alone, which suffice"] = [
+        rungs[of.C_MANY, of.REACH].median * side**3 for side in SIDES
     ]
-    return show(pd.DataFrame.from_dict(rows, orient="index", columns=[f"{side} steps" for side in SIDES]))
+    table = pd.DataFrame.from_dict(seconds, orient="index", columns=[f"{side} steps" for side in SIDES])
+    return show(table.map(_duration))
 
 
 def _duration(seconds: float) -> str:

@@ -14,6 +14,8 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.workspace.timing import experiment as of
 
+Place = tuple[str, str]
+
 PRINTED = {
     "time-ikine": (of.TOOLBOX, of.NUMERICAL),
     "time-ikine6s": (of.TOOLBOX, of.ANALYTIC),
@@ -24,23 +26,20 @@ PRINTED = {
 }
 """Rung and way whose time is beside a printed one, by claim."""
 
-COLUMNS = ("configurations", "lower", "median", "upper")
 RUNGS = {"chosen": of.SOME, "time-of-a-sample=single": of.SINGLE}
 """Rung of networks by reading."""
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
-    on = Judge("liao2018")
-    ladder = times(evidence)
+    on, ladder, size = Judge("liao2018"), times(evidence), sizes(evidence)
     yield from _on_grids(on, evidence, ladder)
     yield from _on_order(on, ladder)
     yield on.underspecified(
         "portable",
         "The paper does not say what portable means. Its network's weights need a library for networks; the exact answer "
         "needs math.h.",
-        f"{4e-6 * sizes(evidence)['parameters']:.0f} MB of weights beside a C file of "
-        f"{sizes(evidence)['source_bytes'] / 1024:.0f} kB",
+        f"{4e-6 * size['parameters']:.0f} MB of weights beside a C file of {size['source_bytes'] / 1024:.0f} kB",
     )
     own = {claim: (ladder[place].median, "") for claim, place in PRINTED.items()}
     for row in evidence["others"].where().to_dict("records"):
@@ -60,7 +59,9 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 def times(evidence: Evidence) -> dict[tuple[str, str], Timing]:
     """Return the times of the ladder by rung and way."""
     rows = evidence["ladder"].where().to_dict("records")
-    return {(row["rung"], row["way"]): Timing(row["way"], *(row[name] for name in COLUMNS)) for row in rows}
+    return {
+        (row["rung"], row["way"]): Timing(row["way"], *(row[name] for name in of.COLUMNS)) for row in rows
+    }
 
 
 def sizes(evidence: Evidence) -> pd.Series:
@@ -79,53 +80,45 @@ def exponent(grids: Table) -> float:
     return float(np.polyfit(np.log(rows["side"]), np.log(rows["median"]), 1)[0])
 
 
-def _on_grids(on: Judge, evidence: Evidence, ladder: Mapping[tuple[str, str], Timing]) -> Iterator[Verdict]:
+def _on_grids(on: Judge, evidence: Evidence, ladder: Mapping[Place, Timing]) -> Iterator[Verdict]:
     slope = exponent(evidence["grids"])
-    slow = ladder[of.TOOLBOX, of.NUMERICAL_JACOBIAN].median / ladder[of.C_MANY, of.CLOSED].median
-    yield on(
-        "complexity",
-        slope,
+    note = (
         "A grid of n steps a side has n⁶ poses, and the time of a pose does not depend on n. For the paper's arms, whose "
-        "reach leaves orientation aside, n³ positions suffice.",
-        form="{:.2f}",
+        "reach leaves orientation aside, n³ positions suffice."
     )
-    yield on(
-        "workspaces-are-slow",
-        {"ten times as long as compiled": bool(slow >= 10), "a time that outgrows the poses": slope > 7},
+    yield on("complexity", slope, note, form="{:.2f}")
+    slow = ladder[of.TOOLBOX, of.NUMERICAL_JACOBIAN].median / ladder[of.C_MANY, of.CLOSED].median
+    note = (
         f"By numerical inverse kinematics a pose takes the toolbox {slow:,.0f} times as long as the closed form in C. But "
-        "that is a factor for each pose, not a complexity.",
+        "that is a factor for each pose, not a complexity."
     )
+    cases = {"ten times as long as compiled": bool(slow >= 10), "a time that outgrows the poses": slope > 7}
+    yield on("workspaces-are-slow", cases, note)
 
 
-def _on_order(on: Judge, ladder: Mapping[tuple[str, str], Timing]) -> Iterator[Verdict]:
-    def faster(one: tuple[str, str], other: tuple[str, str]) -> bool:
+def _on_order(on: Judge, ladder: Mapping[Place, Timing]) -> Iterator[Verdict]:
+    def faster(one: Place, other: Place) -> bool:
         """Whether the quartiles lie apart."""
         return ladder[one].upper < ladder[other].lower
 
-    toolbox = {name: (of.TOOLBOX, name) for rung, name in ladder if rung == of.TOOLBOX}
-    pairs = {
-        "angles": (toolbox[of.ANALYTIC], toolbox[of.NUMERICAL]),
-        "with the Jacobian": (toolbox[of.ANALYTIC_JACOBIAN], toolbox[of.NUMERICAL_JACOBIAN]),
-    }
+    numerical, analytic = (of.TOOLBOX, of.NUMERICAL_JACOBIAN), (of.TOOLBOX, of.ANALYTIC_JACOBIAN)
+    angles = (of.TOOLBOX, of.ANALYTIC), (of.TOOLBOX, of.NUMERICAL)
+    pairs = {"angles": angles, "with the Jacobian": (analytic, numerical)}
     factors = {name: ladder[b].median / ladder[a].median for name, (a, b) in pairs.items()}
-    yield on(
-        "analytic-faster-than-numerical",
-        {name: faster(*pair) for name, pair in pairs.items()},
-        "Quartiles lie apart.",
-        ours=", ".join(f"{name}: {factor:.0f} times" for name, factor in factors.items()),
-    )
-    holds = {
-        (reading, rival): faster((rung, of.PAPERS), rival)
-        for reading, rung in RUNGS.items()
-        for rival in (toolbox[of.NUMERICAL_JACOBIAN], toolbox[of.ANALYTIC_JACOBIAN], (rung, of.CLOSED))
-    }
-    index = pd.MultiIndex.from_tuples([(reading, 0) for reading, _ in holds], names=["reading", "seed"])
+    ours = ", ".join(f"{name}: {factor:.0f} times" for name, factor in factors.items())
+    cases = {name: faster(*pair) for name, pair in pairs.items()}
+    yield on("analytic-faster-than-numerical", cases, "Quartiles lie apart.", ours=ours)
+    holds = [
+        faster((rung, of.PAPERS), rival)
+        for rung in RUNGS.values()
+        for rival in (numerical, analytic, (rung, of.CLOSED))
+    ]
+    index = pd.MultiIndex.from_product([RUNGS, range(3)], names=["reading", "case"])
     places = (of.SOME, of.PAPERS), (of.SOME, of.CLOSED), (of.C_MANY, of.CLOSED)
     network, exact, in_c = (1e6 * ladder[place].median for place in places)
-    yield on(
-        "faster-than-inverse-kinematics",
-        pd.Series(list(holds.values()), index=index),
+    note = (
         "Cases: numerical and analytic inverse kinematics of the toolbox, and the exact answer in the same language and "
-        f"batches. The exact answer takes {exact:.3g} µs in torch, {in_c:.2g} µs compiled.",
-        ours=f"{network:.3g} µs in batches, {sum(list(holds.values())[:3])} of 3 cases",
+        f"batches. The exact answer takes {exact:.3g} µs in torch, {in_c:.2g} µs compiled."
     )
+    ours = f"{network:.3g} µs in batches, {sum(holds[:3])} of 3 cases"
+    yield on("faster-than-inverse-kinematics", pd.Series(holds, index), note, ours=ours)
