@@ -164,12 +164,13 @@ def mechanism(start: Sequence[float] = (0.25, 0.3, 0.5), steps: int = 61) -> tup
         ("jib cylinder", "lift arm", jib, jib_foot, pin, 0.92 * jib_length, 0.055, "black"),
         ("jib cylinder's rod", "lift arm", jib, pin, jib_foot, 0.1 * jib_length + upper[1], 0.03, GREY),
     ):
-        angle = direction(torch.as_tensor(second).double() - torch.as_tensor(first).double())
+        ends = (torch.as_tensor(end, dtype=torch.float64) for end in (second, first))
+        angle = direction(torch.sub(*ends))
         parts.append((name, on, slider, angle, first, [(0, 0), (length, 0)], radius, color))
     bodies = [Body("pillar", rods=_rods(pillar))]
     for name, on, slider, angle, origin, ends, radius, color in parts:
         T = torch.eye(4, dtype=torch.float64).repeat(steps, 1, 1)
-        T[:, :2, 3] = torch.as_tensor(origin)
+        T[:, :2, 3] = torch.as_tensor(origin, dtype=torch.float64)
         T[:, :2, :2] = torch.stack([turned(angle, (1.0, 0.0)), turned(angle, (0.0, 1.0))], dim=-1)
         rods = _rods(ends)
         bodies.append(Body(name, on, slider, T.numpy(), rods, rods[0, :1], radius, color))
