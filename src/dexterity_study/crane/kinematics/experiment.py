@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -118,7 +117,7 @@ def working_area(seed: int, reading: Values, spacing: float = 0.06, extensions: 
     below = spatial.wrap_to_pi(direction(points - joint) - lowest) < 0
     needs = (distance < inner) | (distance > outer) | (below & (_length(points, elbow) > low))
     zero = crane.inverse(points, 0.0, machine).within_limits
-    s2, folded, _ = fold_curves(machine, 7_801)
+    s2, folded = folding(machine)
     deciles = spans.quantile(spans.new_tensor([0.1, 0.5, 0.9]))
     row = {
         "jib_stroke": machine.upper[1],
@@ -185,13 +184,11 @@ def direction(points: Tensor) -> Tensor:
     return torch.atan2(points[..., 1], points[..., 0])
 
 
-def fold_curves(machine: Crane, steps: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return jib strokes [m], the tip's distance from the lift joint with them [m], and θ₂ [degrees]."""
+def folding(machine: Crane, steps: int = 7_801) -> tuple[Tensor, Tensor]:
+    """Return jib strokes, and the tip's distance from the lift joint with them and no extension [m]."""
     s2 = torch.linspace(0, machine.upper[1], steps, dtype=torch.float64)
-    strokes = torch.stack([0 * s2, s2, 0 * s2], dim=-1)
-    place = crane.posture(strokes)
-    distance = _length(crane.tip_position(strokes), machine.linkage.lift_joint)
-    return s2.numpy(), distance.numpy(), torch.rad2deg(place.jib - place.lift).numpy()
+    tip = crane.tip_position(torch.stack([0 * s2, s2, 0 * s2], dim=-1))
+    return s2, _length(tip, machine.linkage.lift_joint)
 
 
 def circles(machine: Crane) -> dict[str, tuple[Tensor, float]]:
@@ -199,7 +196,7 @@ def circles(machine: Crane) -> dict[str, tuple[Tensor, float]]:
     links, lowest = machine.linkage, crane.posture(machine.lower).lift
     joint = lowest.new_tensor(links.lift_joint)
     first, second = math.hypot(*links.jib_joint), math.hypot(*links.extension_joint)
-    folded = fold_curves(machine, 7_801)[1].min().item()
+    folded = folding(machine)[1].min().item()
     elbow = joint + turned(lowest, links.jib_joint)
     return {"folded": (joint, folded), "lift arm down": (elbow, second), "stretched": (joint, first + second)}
 

@@ -21,7 +21,7 @@ from dexterity.scenes import Body, Scene, Slider
 from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.crane.cases import BOX
-from dexterity_study.crane.kinematics.experiment import circles, direction, fold_curves
+from dexterity_study.crane.kinematics.experiment import circles, direction
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
@@ -71,22 +71,6 @@ def gains(stored: Evidence, live: Table) -> Markup:
     }
     table = over_seeds(stored["gains"].where(), "of", heads, "{:.1f}")
     return show(table.assign(**{"median, live": live.where().set_index("of")["median"].map("{:.1f}".format)}))
-
-
-def fold() -> Figure:
-    """Draw the angle of the jib and the distance of the tip from the lift joint against the jib's stroke."""
-    s2, distance, angle = fold_curves(crane.patu655())
-    fig, (top, bottom) = plt.subplots(2, 1, figsize=(5.8, 5.6), sharex=True)
-    top.plot(s2, angle)
-    top.set(ylabel="θ₂ [°]")
-    bottom.plot(s2, distance)
-    printed, end = PAPER.printed("crane-inner-radius"), PAPER.printed("crane-stroke-ends")[1]
-    bottom.axhline(printed, color=COLORS["vermillion"], linestyle=":", label="printed inner radius")
-    for ax in (top, bottom):
-        ax.axvline(end, color=COLORS["black"], linestyle="--", label="end in the listing")
-    bottom.set(xlabel="s₂ [m]", ylabel="tip to lift joint [m]")
-    bottom.legend(loc="lower left")
-    return fig
 
 
 def maps(stored: Evidence) -> Figure:

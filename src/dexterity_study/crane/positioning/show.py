@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from dexterity.crane import TEST_PAYLOADS, TEST_POINTS
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.crane.positioning.experiment import GENETIC, METHODS, NONE
+from dexterity_study.crane.positioning.experiment import METHODS, NONE
 from dexterity_study.crane.positioning.verdicts import LEFT_OUT, NAMES, TOLERANCES, at, distance, named
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -84,17 +84,6 @@ def without(stored: Evidence) -> Markup:
         ):
             rows[f"{method}, {which}"] = with_range(left.mean((1, 2))), with_range(left.max((1, 2)))
     return show(pd.DataFrame.from_dict(rows, orient="index", columns=["mean", "largest"]))
-
-
-def harm(stored: Evidence, count: int = 8) -> Markup:
-    """Set the points and loads that method 1 worsens in most seeds: how often, and by how much."""
-    none = distance(stored, NONE)
-    more = (distance(stored, GENETIC) - none).reshape(len(none), -1)
-    share = (more > 0).mean(0)
-    worst = [i for i in np.lexsort((-np.median(more, axis=0), -share))[:count] if share[i] > 0]
-    rows = [(f"{share[i]:.0%}", with_range(more[:, i], "{:.1f}"), none[0].ravel()[i]) for i in worst]
-    index = [f"{named([i // 5])}, {TEST_PAYLOADS[i % 5]:g} kg" for i in worst]
-    return show(pd.DataFrame(rows, index, ["seeds", "error added", "without compensation"]), "{:.1f}")
 
 
 def sweep(stored: Evidence) -> Markup:

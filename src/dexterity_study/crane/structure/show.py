@@ -68,17 +68,6 @@ def swaying_bars(point: tuple[float, float], frames: int) -> tuple[np.ndarray, d
     return still, {part: moved[:, [name == part for name in own.parts]] for part in PARTS}
 
 
-def checks(stored: Evidence) -> Markup:
-    """Set relative misses of clamped beams, and of the whole structure at rest."""
-    beam = stored["beams"].where()[["force", "own_weight"]].iloc[0].abs()
-    rows = {
-        "clamped beam: sag under a force at its end": beam["force"],
-        "clamped beam: sag under its own weight": beam["own_weight"],
-        "crane: force left at rest, of all weight": stored["at_rest"].where()["residual"].max(),
-    }
-    return show(pd.Series(rows, name="relative error"), "{:.0e}")
-
-
 def linear_statics(stored: Evidence) -> Markup:
     """Set the differences of linear statics from the co-rotational solution."""
     rows = stored["linear_statics"].where().set_index("on")[["mean", "largest"]]
@@ -106,17 +95,12 @@ def statistics(stored: Evidence, live: Table) -> Markup:
     return show(pd.DataFrame(columns).loc[list(STATISTICS)].astype(float), "{:.1f}")
 
 
-def refits(stored: Evidence) -> dict[str, pd.DataFrame]:
-    """Return the statistics [mm] of all that was fitted again, by what was changed before."""
-    rows = stored["fits"].where().query("found == True and changed != 'nothing'")
-    groups = {str(name): own for name, own in rows.groupby("changed", sort=False)}
-    return groups | {"a test point swapped": swap_statistics(stored)}
-
-
 def ranges(stored: Evidence) -> Markup:
     """Set the ranges of the four statistics that were not fitted, by what was changed before [mm]."""
+    refits = stored["fits"].where().query("found == True and changed != 'nothing'")
+    groups = {str(name): own for name, own in refits.groupby("changed", sort=False)}
     rows = {"printed": {**printed()[TESTED].map("{:.1f}".format), "fits": "–"}}
-    for changed, own in refits(stored).items():
+    for changed, own in (groups | {"a test point swapped": swap_statistics(stored)}).items():
         spans = {name: f"{own[name].min():.1f}–{own[name].max():.1f}" for name in TESTED}
         rows[changed] = {**spans, "fits": f"{len(own)}"}
     return show(pd.DataFrame.from_dict(rows, orient="index"))
@@ -149,21 +133,6 @@ def fit(stored: Evidence) -> Figure:
     labels = [named(crane.TEST_POINTS[i])[1:-1] for i in order]
     right.set_xticks(range(len(labels)), labels, rotation=90, fontsize="x-small")
     right.set(ylabel="error [mm]", xlabel="test point, by its error in x")
-    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
-    return fig
-
-
-def open_fits(stored: Evidence) -> Figure:
-    """Draw the four statistics that were not fitted over the printed ones, for all fits."""
-    fig, ax = plt.subplots(figsize=(6.8, 3.6))
-    for shift, (name, own) in enumerate(refits(stored).items()):
-        off = 100 * (own[TESTED] / printed()[TESTED] - 1).to_numpy(dtype=float)
-        heights = np.broadcast_to(np.arange(len(TESTED)) + 0.2 * (shift - 1), off.shape)
-        ax.plot(off.ravel(), heights.ravel(), "|", ms=9, label=name)
-    ax.axvline(0, color=COLORS["black"], lw=1)
-    ax.set_yticks(range(len(TESTED)), TESTED)
-    ax.set(xlabel="off the printed value [%]")
-    ax.invert_yaxis()
     fig.legend(loc="outside upper center", ncols=2, fontsize="small")
     return fig
 

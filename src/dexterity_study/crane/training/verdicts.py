@@ -53,13 +53,12 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     ours = f"held-out error with its size over that with the thesis's: {_both(rule['held_out'] / own['held_out'])}"
     yield on("crane-size-rule", dict(rule["held_out"] <= NEAR * least["held_out"]), note, ours=ours)
 
-    off, wrong = (
-        own["held_out"] / pd.Series({name: _spread(name) for name in NETWORKS}),
+    off = own["held_out"] / pd.Series({name: _spread(name) for name in NETWORKS})
+    wrong, every = (
         rules.where()["wrong"],
+        rules.rows.pivot(index="network", columns="reading", values="wrong"),
     )
-    both = rules.rows.pivot(index="network", columns="reading", values="wrong").loc[
-        list(NETWORKS), rules.readings
-    ]
+    both = every.loc[list(NETWORKS), rules.readings]
     needed = both.apply(lambda shares: (shares <= 1) | (off >= LEARNED)).unstack()
     note = f"None of the thesis's networks meets it: their rows would do for more wrong answers than all. Two of them answer held-out poses all the same, with errors of {_both(off, '{:.2g}')} of the spread. The bound is meant for answers of yes and no, and for the worst of all tasks."
     ours = f"share of errors for these rows: {wrong.min():.1f} to {wrong.max():.1f}"
