@@ -181,7 +181,10 @@ def times(
     sags |= others | {"co-rotational": turned}
     methods |= exact | {COROTATIONAL: _loop(turned, COROTATIONAL_CORRECTIONS)}
     del methods[NOTHING]
-    asked = {"sag": {name: partial(_ask, sag) for name, sag in sags.items()}, "point": methods}
+    asked: dict[str, Mapping[str, Callable[[Task], object]]] = {
+        "sag": {name: partial(_ask, sag) for name, sag in sags.items()},
+        "point": methods,
+    }
     small, slow, fast = sizes[0], fresh_task(sizes[1]), fresh_task(sizes[2])
     ones = [_every(test, len(test), start) for start in range(2, len(test), len(test) // small)]
     ways = {("training data", "at once"): [Way("training data", crane.training_set, 1)]}

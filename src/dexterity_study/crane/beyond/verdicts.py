@@ -76,7 +76,7 @@ def _on_remedies(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     falls = {method: share >= HALF for method, share in shares.items()}
     yield on("crane-denser-data-would-help", falls, note, ours=ours)
     errors = 1e3 * evidence["smaller_crane"].by_seed("mean", over="size")
-    whole, small = errors.columns
+    whole, small = errors.columns.to_numpy()
     share = errors[small].median() / small / errors[whole].median()
     amplification = evidence["smaller_crane"].where().groupby("size")["amplification"].first()
     note = f"As a share of the size the mean error is {share:.2f} times what it was: it shrinks with the crane. The amplification, which is blamed, is a ratio and stays as it is ({amplification[whole]:.3g} and {amplification[small]:.3g})."

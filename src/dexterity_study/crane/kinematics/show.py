@@ -84,7 +84,8 @@ def maps(stored: Evidence) -> Figure:
         ax.set(xlabel="x [m]", xlim=BOX[0], ylim=BOX[1])
         ax.grid(visible=False)
     for centre, radius in circles(crane.patu655()).values():
-        panels[0].add_patch(Circle(centre.tolist(), radius, fill=False, color=COLORS["orange"]))
+        x, y = centre.tolist()
+        panels[0].add_patch(Circle((x, y), radius, fill=False, color=COLORS["orange"]))
     panels[0].plot(*_training_tips().T, ".", ms=2.5, color=COLORS["vermillion"])
     panels[1].plot(*np.transpose(crane.TEST_POINTS), "o", ms=4, color=COLORS["black"])
     panels[0].set(ylabel="y [m]")

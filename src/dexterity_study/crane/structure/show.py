@@ -111,14 +111,13 @@ def fit(stored: Evidence) -> Figure:
     fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.6), width_ratios=(2, 3))
     bending, ground = np.meshgrid(np.linspace(0.85, 1.45, 61), np.linspace(2.6, 4.8, 61))
     untuned = np.array(UNTUNED) / [1, 1e6]
-    factors = (axis[..., None, None, None] for axis in (bending / untuned[0], ground / untuned[1]))
-    errors = Flexibilities.of(test_strokes(), crane.patu655()).errors(*factors)
-    distance = 1e3 * np.linalg.norm(errors, axis=-1)
-    looks = (("mean", np.mean, "C0-"), ("largest", np.max, "C1--"))
-    for (name, of, look), target in zip(looks, TARGETS.values(), strict=True):
-        style = {"colors": look[:2], "linestyles": look[2:]}
-        left.contour(bending, ground, of(distance, axis=(-2, -1)), [target], **style)
-        left.plot([], [], look, label=f"{name} distance as printed")
+    scaled = (axis[..., None, None, None] for axis in (bending / untuned[0], ground / untuned[1]))
+    sags = Flexibilities.of(test_strokes(), crane.patu655())
+    distance = 1e3 * np.linalg.norm(sags.errors(*scaled), axis=-1)
+    fields = (distance.mean(axis=(-2, -1)), distance.max(axis=(-2, -1)))
+    for field, look, (name, target) in zip(fields, ("C0-", "C1--"), TARGETS.items(), strict=True):
+        left.contour(bending, ground, field, [target], colors=look[:2], linestyles=look[2:])
+        left.plot([], [], look, label=f"{name} as printed")
     factors = stored["fits"].where(to="fitted")[["first", "second"]].to_numpy(dtype=float)[0]
     left.plot(*untuned * factors, "o", color=COLORS["black"])
     left.plot(*untuned, "x", color=COLORS["black"])
