@@ -202,9 +202,10 @@ def distance(network: FeedForward, x: Tensor, y: Tensor) -> np.ndarray:
 def points(sets: int) -> tuple[Tensor, Values]:
     """Return inputs and truths at the thesis's test, then at some times as many points and loads, drawn."""
     random, wanted = np.random.default_rng(1000), sets * len(crane.TEST_POINTS)
+    low, high = np.transpose(BOX)
     targets = torch.zeros(0, 2, dtype=torch.float64)
     while len(targets) < wanted:
-        drawn = torch.from_numpy(random.uniform(*np.transpose(BOX), size=(wanted, 2)))
+        drawn = torch.from_numpy(random.uniform(low, high, size=(wanted, 2)))
         targets = torch.cat([targets, drawn[crane.inverse(drawn).within_limits]])
     targets = torch.cat([torch.tensor(crane.TEST_POINTS, dtype=torch.float64), targets[:wanted]])
     strokes = crane.inverse(targets).strokes.repeat_interleave(len(crane.TEST_PAYLOADS), dim=0)
