@@ -82,9 +82,9 @@ def measurements(
 ) -> Made:
     """Readings on cranes that one controller drives open loop: one network and one run of the genetic algorithm.
 
-    Rows say whether a crane is better off without compensation: by the thesis's way with all differences, and in closed form
-    with play alone. Arrays: `network_error` (payloads), mean distance of the network's sag from the structure's;
-    `errors` (cranes, ways, points, payloads, 2), target less reading with all differences; `means`
+    Rows say whether a crane is better off without compensation: by the thesis's way with all differences, and in
+    closed form with play alone. Arrays: `network_error` (payloads), mean distance of the network's sag from the
+    structure's; `errors` (cranes, ways, points, payloads, 2), target less reading with all differences; `means`
     (cranes, differences, references, ways), mean distances.
     """
     task, options = positioning.thesis_task(POINTS, PAYLOADS), GeneticInverseOptions(generations=generations)
