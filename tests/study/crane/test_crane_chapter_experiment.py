@@ -84,4 +84,3 @@ def test_tables_and_figures_hold_all_points_ways_and_differences(evidence):
     assert show.by_difference(evidence, "target").html.count("<tr") == 1 + len(experiment.DIFFERENCES)
     assert show.points(evidence).html.count("<tr") == 1 + len(experiment.POINTS)
     assert len(show.bars(evidence).axes) == 4
-    assert len(show.places(evidence).axes) == 2

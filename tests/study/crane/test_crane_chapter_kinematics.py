@@ -40,8 +40,8 @@ def test_circles_are_where_arms_are_folded_stretched_and_low():
     around = experiment.circles(MACHINE)
     arms = np.hypot(*MACHINE.linkage.jib_joint), np.hypot(*MACHINE.linkage.extension_joint)
     assert around["folded"][1] == pytest.approx(arms[0] - arms[1], abs=1e-6)
-    _, distance, _ = experiment.fold_curves(MACHINE, 7_801)
-    assert around["stretched"][1] == pytest.approx(distance.max(), abs=1e-6)
+    _, distance = experiment.folding(MACHINE)
+    assert around["stretched"][1] == pytest.approx(distance.max().item(), abs=1e-6)
     low = crane.tip_position([[0.0, s2, 0.0] for s2 in np.linspace(0, 0.78, 9)])
     centre, radius = around["lift arm down"]
     np.testing.assert_allclose((low - centre).norm(dim=-1), radius, atol=1e-12)

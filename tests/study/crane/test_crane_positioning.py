@@ -41,13 +41,6 @@ def test_halves_of_a_network_keep_their_neurons_and_add_up():
     assert both.output_weights.detach().count_nonzero() == both.output_weights.numel()
 
 
-def test_fresh_points_are_well_inside_and_the_same_for_all():
-    task = experiment.fresh_task(10)
-    assert (task.payload >= 50).all()
-    assert positioning.uncompensated(task).converged.all()
-    np.testing.assert_array_equal(task.targets, experiment.fresh_task(10).targets)
-
-
 def test_networks_ask_for_strokes_beyond_the_ends():
     row = experiment.methods(0, epochs=EPOCHS, generations=2).where(method=experiment.FREE).iloc[0]
     assert 0 < row["stopped"] <= 1

@@ -7,7 +7,6 @@ data that are held out, never by the test. Lengths are in [m], times in [s].
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 import time
@@ -23,9 +22,9 @@ from dexterity import crane
 from dexterity.crane import TrainingSet, positioning
 from dexterity.crane.description import Crane
 from dexterity.crane.positioning import Placement, Task
-from dexterity.crane.positioning.inversion import TipModel
 from dexterity.crane.positioning.task import SagModel
 from dexterity.timing import Way, measure
+from dexterity_study.crane.cases import CRANE, PAPER, Rows, Values, seeded
 from dexterity_study.engine.experiment import experiment
 
 NOTHING, GENETIC, DESCENT = "no compensation", "thesis's method 1, genetic", "thesis's method 2, descent"
@@ -43,18 +42,15 @@ GRID, PAYLOADS = (9, 9, 5), tuple(float(mass) for mass in range(50, 501, 50))
 
 Method = Callable[[Task], Placement]
 
-OF_CRANE: Mapping[str, Any] = {"data": ("robots/patu655.toml",), "rtol": 1e-4, "atol": 1e-7}
-OF_SIZE: Mapping[str, Any] = {"paper": "rouvinen1999", "assumes": ("crane-smaller-crane",), **OF_CRANE}
+STEADY = {"rtol": 1e-4, "atol": 1e-7}
+OF_SIZE: Mapping[str, Any] = {"assumes": ("crane-smaller-crane",), **PAPER, **STEADY}
+FEW = {"fresh": 60, "every": 13}
 LITTLE = {"angle_neurons": (5, 8), "folds": 1, "epochs": 8, "generations": 20, "descent": 50}
-"""Learning at smoke effort."""
+"""Points and learning at smoke effort."""
 
 
-@experiment(
-    keys=("points", "structure", "solves"), smoke={"corotational": 3, "fresh": 60, "every": 13}, **OF_CRANE
-)
-def loops(
-    seed: int, corotational: int = COROTATIONAL_CORRECTIONS, fresh: int = 5000, every: int = 1
-) -> Iterator[dict[str, Any]]:
+@experiment(keys=("points", "structure", "solves"), smoke={"corotational": 3, **FEW}, **CRANE, **STEADY)
+def loops(seed: int, corotational: int = COROTATIONAL_CORRECTIONS, fresh: int = 5000, every: int = 1) -> Rows:
     """Errors of structures in a loop, on themselves, by the number of structural solves."""
     test, linear = positioning.thesis_task(), positioning.linear_sag()
     for points, structure, task, sag, corrections in (
@@ -70,97 +66,52 @@ def loops(
             yield row | {"unsettled": (misses > EXACT).double().mean()}
 
 
-@experiment(smoke={"every": 13}, **OF_CRANE)
-def models_apart(seed: int, every: int = 1) -> Iterator[dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+@experiment(smoke={"every": 13}, **CRANE, **STEADY)
+def models_apart(seed: int, every: int = 1) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """Distance of the co-rotational sag from the linear one in the test."""
     task = _every(positioning.thesis_task(), every)
     linear, turned = (_ask(sag, task) for sag in (positioning.linear_sag(), positioning.corotational_sag()))
     yield _two((linear - turned).norm(dim=-1))
 
 
-@experiment(
-    keys=("of", "size"),
-    smoke={"degrees": (3, 4), "neurons": (5, 8), "folds": (2, 1), "epochs": 8},
-    **OF_CRANE,
-)
-def choices(
-    seed: int,  # noqa: ARG001 -- one choice holds for all seeds
-    degrees: Sequence[int] = DEGREES,
-    neurons: Sequence[int] = ANGLE_NEURONS,
-    folds: tuple[int, int] = (5, 5),
-    epochs: int = 200,
-) -> Iterator[dict[str, Any]]:
-    """Root mean squares over held-out poses of the regression by degree, and of the network in angles by neurons."""
-    degree, network = _by_degree(degrees, folds[0]), _by_neurons(neurons, folds[1], epochs)
-    yield from ({"of": "degree", "size": size, "error": error} for size, error in degree.items())
-    yield from ({"of": "neurons", "size": size, "error": error} for size, error in network.items())
-
-
-@experiment(keys=("method",), smoke={"degrees": (3, 4), "folds": 2, "fresh": 60, "every": 13}, **OF_CRANE)
+@experiment(keys=("method",), smoke={"degrees": (3, 4), "folds": 2, **FEW}, **CRANE, **STEADY)
 def exact_methods(
     seed: int, degrees: Sequence[int] = DEGREES, folds: int = 5, fresh: int = 5000, every: int = 1
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """Errors of the methods without chance."""
     points = fresh_task(fresh, seed)
     for name, method in _exact(degrees, folds)[1].items():
         yield {"method": name, **_judged(method, points, every)}
 
 
-@experiment(
-    seeds=10, keys=("method",), smoke={"neurons": (16,), "fresh": 60, "every": 13, **LITTLE}, **OF_CRANE
-)
+@experiment(seeds=10, keys=("method",), smoke={"neurons": (16,), **FEW, **LITTLE}, **CRANE, **STEADY)
 def learned_methods(
     seed: int, neurons: Sequence[int] = (28, 40, 80), fresh: int = 5000, every: int = 1, **learning: Any
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """Errors of the methods that rest on networks: the thesis's, larger ones, and one in angles."""
     points = fresh_task(fresh)
     for name, method in _learned(seed, neurons, **learning)[1].items():
         yield {"method": name, **_judged(method, None if name == GENETIC else points, every)}
 
 
-@experiment(keys=("model", "start"), smoke={"epochs": 8}, **OF_CRANE)
-def inversions(seed: int, epochs: int = 200) -> Iterator[dict[str, Any]]:
-    """Share of the test that Gauss–Newton misses by the model that is inverted, plain and damped, and the worst miss."""
-    task, random = positioning.thesis_task(), _seeded(seed)
-    upper = task.starts.new_tensor(task.crane.upper)
-    starts = {
-        "rigid solution, rounded": task.starts,
-        "another point's": task.starts.roll(5, 0).minimum(upper),
-        "anywhere": upper * torch.rand(len(task), 3, generator=random, dtype=torch.float64),
-    }
-    network = positioning.direct_network(crane.training_set(), _seeded(seed), epochs=epochs)
-    structure = positioning.sagging_tip(task, positioning.linear_sag())
-    models = {"structure": structure, "direct network": positioning.network_tip(network)}
-    for model, start in itertools.product(models, starts):
-        own, tip = dataclasses.replace(task, starts=starts[start]), models[model]
-        row: dict[str, Any] = {"model": model, "start": start}
-        for kind, strokes in (
-            ("plain", plain_newton(own, tip)),
-            ("damped", positioning.gauss_newton(own, tip).strokes),
-        ):
-            miss = (tip(strokes, task.payload)[0] - task.targets).norm(dim=-1)
-            row |= {kind: (miss > 1e-5).double().mean(), f"{kind}_worst": miss.max()}
-        yield row
-
-
 @experiment(
-    seeds=10, keys=("data",), smoke={"epochs": 3}, **{**OF_SIZE, "assumes": ("crane-lighter-payloads",)}
+    seeds=10, keys=("data",), smoke={"epochs": 3}, assumes=("crane-lighter-payloads",), **PAPER, **STEADY
 )
-def lighter_payloads(seed: int, reading: Mapping[str, Any], epochs: int = 200) -> Iterator[dict[str, Any]]:
+def lighter_payloads(seed: int, reading: Values, epochs: int = 200) -> Rows:
     """Errors of the thesis's first method with lighter payloads in its data and without."""
     task = positioning.thesis_task()
     light = task.payload == 30
     lighter = grid_data(GRID, (*reading["crane-lighter-payloads"], *PAYLOADS))
     for name, data in (("thesis's payloads", crane.training_set()), ("lighter ones besides", lighter)):
-        network = positioning.correction_network(data, _seeded(seed), epochs=epochs)
+        network = positioning.correction_network(data, seeded(seed), epochs=epochs)
         placement = positioning.compensate(task, positioning.network_sag(network))
         distance = positioning.errors(task, placement).distance
         spot = distance[light & (task.targets == 2).all(-1)].mean()
         yield {"data": name, "spot": spot, "light": distance[light].mean(), "mean": distance.mean()}
 
 
-@experiment(seeds=10, keys=("method", "data"), smoke={"epochs": 3, "descent": 50}, **OF_CRANE)
-def even_data(seed: int, epochs: int = 200, descent: int = 10_000) -> Iterator[dict[str, Any]]:
+@experiment(seeds=10, keys=("method", "data"), smoke={"epochs": 3, "descent": 50}, **CRANE, **STEADY)
+def even_data(seed: int, epochs: int = 200, descent: int = 10_000) -> Rows:
     """Errors of methods 2 and 3 with data that covers the working area more evenly."""
     task, options = positioning.thesis_task(), positioning.DescentOptions(iterations=descent)
     grid, fine = grid_data(GRID), grid_data([2 * count - 1 for count in GRID])
@@ -173,19 +124,19 @@ def even_data(seed: int, epochs: int = 200, descent: int = 10_000) -> Iterator[d
     }
     for method, name in itertools.product(("method 2", "method 3"), sets):
         train = positioning.direct_network if method == "method 2" else positioning.modular_network
-        network = train(sets[name], _seeded(seed), epochs=epochs)
+        network = train(sets[name], seeded(seed), epochs=epochs)
         distance = positioning.errors(task, positioning.descend(task, network, options)).distance
         yield {"method": method, "data": name, **_two(distance)}
 
 
 @experiment(seeds=10, keys=("size",), smoke={"epochs": 3}, **OF_SIZE)
-def smaller_crane(seed: int, reading: Mapping[str, Any], epochs: int = 200) -> Iterator[dict[str, Any]]:
+def smaller_crane(seed: int, reading: Values, epochs: int = 200) -> Rows:
     """Errors of method 4 by size of the crane, and largest movement of the tip by movement of a cylinder."""
     test = positioning.thesis_task()
     for size in (1.0, reading["crane-smaller-crane"]):
         model, payloads = crane.scaled(test.crane, size), [size**3 * mass for mass in PAYLOADS]
         task = Task(size * test.targets, size**3 * test.payload, size * test.starts, model)
-        network = positioning.inverse_network(grid_data(GRID, payloads, model), _seeded(seed), epochs=epochs)
+        network = positioning.inverse_network(grid_data(GRID, payloads, model), seeded(seed), epochs=epochs)
         distance = positioning.errors(task, positioning.by_inverse_network(task, network)).distance
         amplification = torch.linalg.matrix_norm(crane.tip_jacobian(task.starts, model), ord=2).max()
         yield {"size": size, **_two(distance), "amplification": amplification}
@@ -193,13 +144,10 @@ def smaller_crane(seed: int, reading: Mapping[str, Any], epochs: int = 200) -> I
 
 @experiment(keys=("size", "entries"), smoke={"refinements": (1, 2), "looked_up": 500}, **OF_SIZE)
 def tables(
-    seed: int,
-    reading: Mapping[str, Any],
-    refinements: Sequence[int] = (1, 2, 3, 4, 6, 8),
-    looked_up: int = 100_000,
-) -> Iterator[dict[str, Any]]:
+    seed: int, reading: Values, refinements: Sequence[int] = (1, 2, 3, 4, 6, 8), looked_up: int = 100_000
+) -> Rows:
     """Largest error of tables of the sag at random poses, with the steps of the training grid refined."""
-    unit = torch.rand(looked_up, 4, generator=_seeded(seed), dtype=torch.float64)
+    unit = torch.rand(looked_up, 4, generator=seeded(seed), dtype=torch.float64)
     for size in (1.0, reading["crane-smaller-crane"]):
         model = crane.scaled(crane.patu655(), size)
         strokes = unit[:, :3] * unit.new_tensor(model.upper)
@@ -217,7 +165,8 @@ def tables(
     smoke={"sizes": (2, 4, 50), "measuring": (1, 1e-4), "degrees": (3,), **LITTLE},
     timed=True,
     unsteady=("lower", "median", "upper"),
-    **OF_CRANE,
+    **CRANE,
+    **STEADY,
 )
 def times(
     seed: int,
@@ -225,32 +174,32 @@ def times(
     measuring: tuple[int, float] = (15, 0.02),
     degrees: Sequence[int] = DEGREES,
     **learning: Any,
-) -> Iterator[dict[str, Any]]:
+) -> Rows:
     """Processor times of a sag alone and of a point from target to strokes, one by one and at once; and of all data."""
     (sags, methods), (others, exact) = _learned(seed, (), **learning), _exact(degrees)
     turned, test = positioning.corotational_sag(), positioning.thesis_task()
     sags |= others | {"co-rotational": turned}
     methods |= exact | {COROTATIONAL: _loop(turned, COROTATIONAL_CORRECTIONS)}
+    del methods[NOTHING]
     asked: dict[str, Mapping[str, Callable[[Task], object]]] = {
         "sag": {name: partial(_ask, sag) for name, sag in sags.items()},
-        "point": {name: method for name, method in methods.items() if name != NOTHING},
+        "point": methods,
     }
-    small, (slow, fast) = sizes[0], ([fresh_task(count)] for count in sizes[1:])
+    small, slow, fast = sizes[0], fresh_task(sizes[1]), fresh_task(sizes[2])
     ones = [_every(test, len(test), start) for start in range(2, len(test), len(test) // small)]
     ways = {("training data", "at once"): [Way("training data", crane.training_set, 1)]}
-    for of, points in itertools.product(asked, ("one by one", "at once")):
-        many = {name: slow if name in SLOW else fast for name in asked[of] if name != GENETIC}
-        tasks = many if points == "at once" else dict.fromkeys(asked[of], ones)
-        ways[of, points] = [
-            Way(name, partial(_all, asked[of][name], own), sum(map(len, own))) for name, own in tasks.items()
+    for of, askings in asked.items():
+        many = {name: slow if name in SLOW else fast for name in askings if name != GENETIC}
+        ways[of, "one by one"] = [
+            Way(name, partial(_each, ask, ones), len(ones)) for name, ask in askings.items()
         ]
-    for (of, points), own in ways.items():
-        for timing in measure(own, *measuring, time.process_time):
+        ways[of, "at once"] = [
+            Way(name, partial(askings[name], task), len(task)) for name, task in many.items()
+        ]
+    for (of, points), group in ways.items():
+        for timing in measure(group, *measuring, time.process_time):
             quartiles = {name: getattr(timing, name) for name in ("lower", "median", "upper")}
             yield {"of": of, "points": points, "way": timing.name, **quartiles}
-
-
-# ---- tasks and data --------------------------------------------------------------------------------
 
 
 def fresh_task(count: int, seed: int = 0) -> Task:
@@ -259,7 +208,7 @@ def fresh_task(count: int, seed: int = 0) -> Task:
     Kept are those that the loaded crane, by linear statics, reaches with 2 cm to spare, ahead of its pillar.
     """
     model = crane.patu655()
-    unit = torch.rand(6 * count, 3, generator=_seeded(seed), dtype=torch.float64)
+    unit = torch.rand(6 * count, 3, generator=seeded(seed), dtype=torch.float64)
     low, high = unit.new_tensor([0.0, -4.5, PAYLOADS[0]]), unit.new_tensor([7.0, 8.0, PAYLOADS[-1]])
     drawn = low + (high - low) * unit
     reach = crane.inverse(drawn[:, :2])
@@ -285,17 +234,16 @@ def grid_data(
     ends = zip(model.lower, model.upper, counts, strict=True)
     strokes = torch.cartesian_prod(*(torch.linspace(*own, dtype=torch.float64) for own in ends))
     strokes = strokes[crane.tip_position(strokes, model)[:, 0] >= 0]
-    response, rigid = crane.load_response(strokes, model), crane.tip_position(strokes, model)
-    mass = torch.tensor(payloads, dtype=torch.float64)[:, None]
-    sag = response.own_weight[:, None] + mass * response.per_kilogram[:, None]
-    rows = [strokes[:, None].expand(-1, len(mass), -1), mass.expand(len(strokes), -1, -1)]
-    return TrainingSet(torch.cat([*rows, rigid[:, None] + sag, sag], dim=-1).flatten(0, 1))
+    sag, mass = crane.deflection(strokes[:, None], payloads, model), strokes.new_tensor(payloads)[:, None]
+    tip = crane.tip_position(strokes, model)[:, None] + sag
+    rows = [strokes[:, None].expand(-1, len(mass), -1), mass.expand(len(strokes), -1, -1), tip, sag]
+    return TrainingSet(torch.cat(rows, dim=-1).flatten(0, 1))
 
 
 def fifths(data: TrainingSet) -> Iterator[tuple[TrainingSet, TrainingSet]]:
     """Split poses, with all their payloads, into what is learned from and what is held out, five times."""
     poses, pose = data.strokes.unique(dim=0, return_inverse=True)
-    fifth = (torch.randperm(len(poses), generator=_seeded(0)) % 5)[pose]
+    fifth = (torch.randperm(len(poses), generator=seeded(0)) % 5)[pose]
     for number in range(5):
         yield TrainingSet(data.rows[fifth != number]), TrainingSet(data.rows[fifth == number])
 
@@ -309,13 +257,10 @@ def farthest(points: Tensor, count: int) -> Tensor:
     return torch.tensor(chosen)
 
 
-# ---- methods, and how far off they are -------------------------------------------------------------
-
-
 def _exact(degrees: Sequence[int] = DEGREES, folds: int = 5) -> tuple[dict[str, SagModel], dict[str, Method]]:
     """Sags and methods without chance."""
-    errors, linear = _by_degree(degrees, folds), positioning.linear_sag()
-    regression = positioning.TrigonometricSag.fit(crane.training_set(), min(errors, key=lambda n: errors[n]))
+    fit, linear = positioning.TrigonometricSag.fit, positioning.linear_sag()
+    regression = fit(crane.training_set(), least_held_out(degrees, folds, fit))
     table = positioning.TableSag.of(GRID)
     sags: dict[str, SagModel] = {REGRESSION: regression, "training grid as a table": table, STRUCTURE: linear}
     return sags, {
@@ -337,45 +282,34 @@ def _learned(
     descent: int = 10_000,
 ) -> tuple[dict[str, SagModel], dict[str, Method]]:
     """Sags and methods that rest on networks."""
-    data, errors = crane.training_set(), _by_neurons(angle_neurons, folds, epochs)
+    data, fit = crane.training_set(), positioning.AngleNetworkSag.fit
     train = partial(positioning.correction_network, data, epochs=epochs)
-    sags: dict[str, SagModel] = {THESIS: positioning.network_sag(train(_seeded(seed)))}
-    sags |= {f"network of {n} neurons": positioning.network_sag(train(_seeded(seed), n)) for n in neurons}
-    size = min(errors, key=lambda n: errors[n])
-    sags["network in angles"] = positioning.AngleNetworkSag.fit(data, size, _seeded(seed), epochs)
-    direct = positioning.direct_network(data, _seeded(seed), epochs=epochs)
-    search = positioning.genetic(_seeded(seed), positioning.GeneticInverseOptions(generations=generations))
+    sags: dict[str, SagModel] = {THESIS: positioning.network_sag(train(seeded(seed)))}
+    sags |= {f"network of {n} neurons": positioning.network_sag(train(seeded(seed), n)) for n in neurons}
+    size = least_held_out(angle_neurons, folds, lambda rest, size: fit(rest, size, seeded(0), epochs))
+    sags["network in angles"] = fit(data, size, seeded(seed), epochs)
+    direct = positioning.direct_network(data, seeded(seed), epochs=epochs)
+    search = positioning.genetic(seeded(seed), positioning.GeneticInverseOptions(generations=generations))
     options = positioning.DescentOptions(iterations=descent)
     return sags, {
         GENETIC: lambda task: positioning.compensate(task, sags[THESIS], search),
         DESCENT: lambda task: positioning.descend(task, direct, options),
         f"{THESIS}, once": _loop(sags[THESIS], 1),
         **{f"{name}, in a loop": _loop(sag) for name, sag in sags.items()},
-        "direct network, Gauss–Newton": lambda task: positioning.gauss_newton(
-            task, positioning.network_tip(direct)
+        "direct network, Gauss–Newton": partial(
+            positioning.gauss_newton, tip=positioning.network_tip(direct)
         ),
     }
 
 
-def _by_degree(degrees: Sequence[int], folds: int) -> dict[int, float]:
-    return _held_out(degrees, folds, positioning.TrigonometricSag.fit)
-
-
-def _by_neurons(neurons: Sequence[int], folds: int, epochs: int) -> dict[int, float]:
-    fit = positioning.AngleNetworkSag.fit
-    return _held_out(neurons, folds, lambda rest, size: fit(rest, size, _seeded(0), epochs))
-
-
-def _held_out(
-    sizes: Sequence[int], folds: int, fit: Callable[[TrainingSet, int], SagModel]
-) -> dict[int, float]:
-    """Root mean squares over held-out poses, by size."""
+def least_held_out(sizes: Sequence[int], folds: int, fit: Callable[[TrainingSet, int], SagModel]) -> int:
+    """Return the size whose fits leave the least error, by root mean squares over poses that are held out."""
     errors = {}
     for size in sizes:
         parts = itertools.islice(fifths(crane.training_set()), folds)
         misses = [fit(rest, size)(held.strokes, held.payload) - held.deflection for rest, held in parts]
         errors[size] = math.sqrt(np.mean([miss.square().sum(-1).mean().item() for miss in misses]))
-    return errors
+    return min(errors, key=lambda size: errors[size])
 
 
 def _loop(sag: SagModel, corrections: int = CORRECTIONS) -> Method:
@@ -384,16 +318,6 @@ def _loop(sag: SagModel, corrections: int = CORRECTIONS) -> Method:
 
 def _newton(sag: SagModel) -> Method:
     return lambda task: positioning.gauss_newton(task, positioning.sagging_tip(task, sag))
-
-
-def plain_newton(task: Task, tip: TipModel, steps: int = 30) -> Tensor:
-    """Return strokes (N, 3) after whole Gauss–Newton steps of least length, each cut off at the cylinders' ends."""
-    strokes = task.starts
-    for _ in range(steps):
-        position, slope = tip(strokes, task.payload)
-        move = torch.linalg.pinv(slope) @ (task.targets - position)[..., None]
-        strokes = (strokes + move[..., 0]).maximum(task.lower).minimum(task.upper)
-    return strokes
 
 
 def _judged(method: Method, fresh: Task | None, every: int) -> dict[str, Tensor]:
@@ -417,13 +341,9 @@ def _ask(sag: SagModel, task: Task) -> Tensor:
     return sag(task.starts, task.payload)
 
 
-def _all(ask: Callable[[Task], object], tasks: Sequence[Task]) -> list[object]:
+def _each(ask: Callable[[Task], object], tasks: Sequence[Task]) -> list[object]:
     return [ask(task) for task in tasks]
 
 
 def _every(task: Task, step: int, start: int = 0) -> Task:
     return Task(task.targets[start::step], task.payload[start::step], task.starts[start::step], task.crane)
-
-
-def _seeded(seed: int) -> torch.Generator:
-    return torch.Generator().manual_seed(seed)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dexterity import crane
 from dexterity.crane import positioning
-from dexterity.scenes.colors import COLORS
-from dexterity_study.claims.ledger import load_paper
 from dexterity_study.crane.beyond.experiment import COROTATIONAL
 from dexterity_study.crane.beyond.verdicts import loop, times
 from dexterity_study.engine.evidence import Evidence
@@ -20,7 +16,6 @@ from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 
-STRUCTURES = {"linear": COLORS["blue"], "co-rotational": COLORS["vermillion"]}
 KINDS = ("mean", "largest")
 
 
@@ -33,28 +28,9 @@ def placed(task: positioning.Task, placement: positioning.Placement) -> Markup:
 
 def loops(stored: Evidence) -> Markup:
     """Set errors [mm] by the number of structural solves."""
-    columns = {f"{name}, {kind}": 1e3 * loop(stored, name)[kind] for name in STRUCTURES for kind in KINDS}
+    names = ("linear", "co-rotational")
+    columns = {f"{name}, {kind}": 1e3 * loop(stored, name)[kind] for name in names for kind in KINDS}
     return show(pd.DataFrame(columns).rename(index=str))
-
-
-def loop_errors(stored: Evidence) -> Figure:
-    """Draw errors by the number of structural solves."""
-    fig, ax = plt.subplots()
-    for name, color in STRUCTURES.items():
-        for kind, dashes in zip(KINDS, ("o-", "o--"), strict=True):
-            errors = 1e3 * loop(stored, name)[kind]
-            ax.semilogy(errors, dashes, color=color, markersize=4, label=f"{name}, {kind}")
-    best = load_paper("rouvinen1999").printed("crane-correction-mean")[2]
-    ax.axhline(best, color="k", lw=1, label="thesis's best mean")
-    ax.set(xlabel="structural solves", ylabel="error [mm]")
-    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
-    return fig
-
-
-def choices(stored: Evidence) -> Markup:
-    """Set root mean squares [mm] over held-out poses, by degree of the regression and by neurons."""
-    rows = stored["choices"].where().pivot(index="size", columns="of", values="error")
-    return show((1e3 * rows).rename(index=str).rename_axis(columns=None))
 
 
 def methods(stored: Evidence, live: Table) -> Markup:
@@ -71,18 +47,6 @@ def corotational(stored: Evidence) -> Markup:
     itself = loop(stored, "co-rotational").tail(1).rename(columns={k: f"corotational_{k}" for k in KINDS})
     rows = pd.concat([_methods(stored), itself.assign(method=COROTATIONAL)])
     return show(_in_mm(rows, "method", {f"corotational_{kind}": kind for kind in KINDS}))
-
-
-def inversions(stored: Evidence) -> Markup:
-    """Set how often Gauss–Newton fails, plain and damped, and the largest miss [mm]."""
-    rows = stored["inversions"].where().set_index(["model", "start"])
-    columns = {
-        "plain fails": rows["plain"].map("{:.0%}".format),
-        "worst miss": 1e3 * rows["plain_worst"],
-        "damped fails": rows["damped"].map("{:.0%}".format),
-        "its worst miss": 1e3 * rows["damped_worst"],
-    }
-    return show(pd.DataFrame(columns))
 
 
 def speed(stored: Evidence, of: str) -> Markup:
@@ -134,40 +98,6 @@ def tables(stored: Evidence) -> Markup:
     errors = 1e3 * stored["tables"].where().pivot(index="entries", columns="size", values="largest")
     columns = errors.sort_index(axis="columns", ascending=False).rename_axis(columns=None)
     return show(columns.rename(index="{:,}".format, columns=_size))
-
-
-def table_errors(stored: Evidence) -> Figure:
-    """Draw the largest error of tables by the number of their entries."""
-    fig, ax = plt.subplots()
-    for size, rows in stored["tables"].where().groupby("size", sort=False):
-        ax.loglog(rows["entries"], 1e3 * rows["largest"], "o-", label=_size(size))
-    ax.axhline(1, color="k", linewidth=1)
-    ax.set_xticks(rows["entries"], [f"{count:,}" for count in rows["entries"]])
-    ax.minorticks_off()
-    ax.set(xlabel="entries", ylabel="largest error [mm]")
-    ax.legend()
-    return fig
-
-
-def refusals() -> Markup:
-    """Set what the package answers to what cannot be had."""
-    task = positioning.thesis_task([(3.0, 2.0)], [100.0])
-    asked: dict[str, Callable[[], object]] = {
-        "strokes beyond their ends: within_limits": lambda: crane.within_limits([0.2, 0.3, 2.5]).all().item(),
-        "a point out of reach: within_limits": lambda: crane.inverse([9.0, 9.0]).within_limits.item(),
-        "a point out of reach, as a task": lambda: positioning.thesis_task([(9.0, 9.0)]),
-        "a load beyond the rating": lambda: crane.deflection(task.starts, 600.0),
-        "a lift linkage that cannot close": lambda: crane.tip_position([1.5, 0.3, 0.2]),
-        "an extension that leaves the jib": lambda: crane.deflection([0.2, 0.3, 2.5], 100.0),
-        "a stroke that is no number": lambda: crane.tip_position([0.2, float("nan"), 0.2]),
-    }
-    answers = {}
-    for question, ask in asked.items():
-        try:
-            answers[question] = str(ask())
-        except ValueError as error:
-            answers[question] = f"ValueError: {error}"
-    return show(pd.Series(answers, name="answer"))
 
 
 def _methods(stored: Evidence) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.readings import Reading
 from dexterity_study.page.tables import with_range
 
-LOOP = f"{STRUCTURE}, in a loop"
+LOOP, ASKED = f"{STRUCTURE}, in a loop", ("at once", "one by one")
 NOTICEABLE = 0.9
 """Share of its error, beside its size, below which a smaller crane does better: a tenth, set beforehand."""
 
@@ -64,98 +64,68 @@ def _on_remedies(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     lighter = evidence["lighter_payloads"]
     spot, light = (1e3 * lighter.by_seed(name, over="data") for name in ("spot", "light"))
     before, after = spot.columns
-    yield on(
-        "crane-lighter-payloads-would-help",
-        (spot[after] < spot[before]).to_numpy(),
-        "Seeds in which the error at (2, 2) with 30 kg falls with 10, 20 and 40 kg in the data. The mean of all points "
-        f"with 30 kg goes from {with_range(light[before])} to {with_range(light[after])} mm.",
-        ours=f"{with_range(spot[after])} mm against {with_range(spot[before])} mm",
-    )
+    note = f"Seeds in which the error at (2, 2) with 30 kg falls with 10, 20 and 40 kg in the data. The mean of all points with 30 kg goes from {with_range(light[before])} to {with_range(light[after])} mm."
+    ours = f"{with_range(spot[after])} mm against {with_range(spot[before])} mm"
+    yield on("crane-lighter-payloads-would-help", (spot[after] < spot[before]).to_numpy(), note, ours=ours)
     of_data = evidence["even_data"]
     largest = {m: 1e3 * of_data.by_seed("largest", over="data", method=m) for m in ("method 2", "method 3")}
     shares = {m: (own["as many, evenly"] < own["thesis's grid"]).mean() for m, own in largest.items()}
-    told = (f"{m}: {with_range(own[data])} mm ({data})" for m, own in largest.items() for data in own)
-    yield on(
-        "crane-denser-data-would-help",
-        {method: bool(share >= HALF) for method, share in shares.items()},
-        f"Cases: methods whose largest error falls in most seeds. Largest errors, {'; '.join(told)}.",
-        ours=", ".join(f"{share:.0%} of the seeds ({method})" for method, share in shares.items()),
-    )
+    each = (f"{m}: {with_range(own[data])} mm ({data})" for m, own in largest.items() for data in own)
+    note = f"Cases: methods whose largest error falls in most seeds. Largest errors, {'; '.join(each)}."
+    ours = ", ".join(f"{share:.0%} of the seeds ({method})" for method, share in shares.items())
+    falls = {method: share >= HALF for method, share in shares.items()}
+    yield on("crane-denser-data-would-help", falls, note, ours=ours)
     errors = 1e3 * evidence["smaller_crane"].by_seed("mean", over="size")
     whole, small = errors.columns.to_numpy()
     share = errors[small].median() / small / errors[whole].median()
     amplification = evidence["smaller_crane"].where().groupby("size")["amplification"].first()
-    yield on(
-        "crane-smaller-would-help",
-        {"in millimetres": bool(share * small < 1), "beside its size": bool(share < NOTICEABLE)},
-        f"As a share of the size the mean error is {share:.2f} times what it was: it shrinks with the crane. The "
-        "amplification, which is blamed, is a ratio and stays as it is "
-        f"({amplification[whole]:.3g} and {amplification[small]:.3g}).",
-        ours=f"{with_range(errors[small])} mm against {with_range(errors[whole])} mm",
-    )
+    note = f"As a share of the size the mean error is {share:.2f} times what it was: it shrinks with the crane. The amplification, which is blamed, is a ratio and stays as it is ({amplification[whole]:.3g} and {amplification[small]:.3g})."
+    cases = {"in millimetres": share * small < 1, "beside its size": share < NOTICEABLE}
+    ours = f"{with_range(errors[small])} mm against {with_range(errors[whole])} mm"
+    yield on("crane-smaller-would-help", cases, note, ours=ours)
     (power, needed), (_, needed_small) = growth(evidence)
     entries = evidence["tables"].where(size=1.0).set_index("entries")["largest"]
-    yield on(
-        "crane-tables-grow",
-        {"with the accuracy": bool(power > 1), "with the working area": bool(needed > needed_small)},
-        f"Entries grow as error^(−{power:.2f}). {entries.idxmax():,} entries leave {1e3 * entries.max():.3g} mm, "
-        f"{entries.idxmin():,} leave {1e3 * entries.min():.3g} mm.",
-        ours=f"{needed:,.0f} entries for a millimetre; {needed_small:,.0f} with a crane of half the size",
-    )
+    note = f"Entries grow as error^(−{power:.2f}). {entries.idxmax():,} entries leave {1e3 * entries.max():.3g} mm, {entries.idxmin():,} leave {1e3 * entries.min():.3g} mm."
+    cases = {"with the accuracy": power > 1, "with the working area": needed > needed_small}
+    ours = f"{needed:,.0f} entries for a millimetre; {needed_small:,.0f} with a crane of half the size"
+    yield on("crane-tables-grow", cases, note, ours=ours)
 
 
 def _on_solving(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     errors, fresh = loop(evidence, "linear"), loop(evidence, "linear", "fresh")
     once, last, solves = errors["mean"][1], errors["largest"].to_numpy()[-1], errors.index.max()
     simulated = on.printed("crane-correction-mean")[2]
-    yield on(
-        "crane-analytical-impossible",
-        [bool(1e3 * once >= simulated or last > EXACT)],
-        f"Rigid inverse and deflection have closed forms both. One put into the other once, without any iteration, "
-        f"misses by less than the thesis's best method does on average, and {solves} times by almost nothing. At "
-        f"{fresh['unsettled'].to_numpy()[-1]:.1%} of fresh points that does not settle, where the jib is folded, and "
-        "Gauss–Newton takes over.",
-        ours=f"mean {1e3 * once:.3g} mm after one solve, largest {1e3 * last:.3g} mm after {solves}",
-    )
+    note = f"Rigid inverse and deflection have closed forms both. One put into the other once, without any iteration, misses by less than the thesis's best method does on average, and {solves} times by almost nothing. At {fresh['unsettled'].to_numpy()[-1]:.1%} of fresh points that does not settle, where the jib is folded, and Gauss–Newton takes over."
+    ours = f"mean {1e3 * once:.3g} mm after one solve, largest {1e3 * last:.3g} mm after {solves}"
+    impossible = bool(1e3 * once >= simulated or last > EXACT)
+    yield on("crane-analytical-impossible", [impossible], note, ours=ours)
     seconds = times(evidence, "training data", "at once")["median"]["training data"]
-    apart = 1e3 * evidence["models_apart"].where()[["mean", "largest"]].to_numpy()[0]
+    mean, most = 1e3 * evidence["models_apart"].where()[["mean", "largest"]].to_numpy()[0]
     measured = on.printed("crane-measured-target-rmean")[-1]
-    yield on(
-        "crane-simulation-suffices",
-        {
-            "quickly": bool(seconds < 60 * on.printed("crane-training-time")),
-            "accurately": bool(measured <= simulated + on.printed("crane-measured-accuracy")),
-        },
-        f"A co-rotational structure differs from linear statics by {apart[0]:.3g} mm on average, "
-        f"{apart[1]:.3g} mm at most. The real crane, compensated so, is measured {measured} mm off on average "
-        f"in the thesis, where simulation has {simulated:.3g} mm.",
-        ours=f"{seconds:.2g} s for all of the training data, on one core",
-    )
+    cases = {
+        "quickly": bool(seconds < 60 * on.printed("crane-training-time")),
+        "accurately": measured <= simulated + on.printed("crane-measured-accuracy"),
+    }
+    note = f"A co-rotational structure differs from linear statics by {mean:.3g} mm on average, {most:.3g} mm at most. The real crane, compensated so, is measured {measured} mm off on average in the thesis, where simulation has {simulated:.3g} mm."
+    ours = f"{seconds:.2g} s for all of the training data, on one core"
+    yield on("crane-simulation-suffices", cases, note, ours=ours)
 
 
 def _on_speed(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    points = {of: times(evidence, "point", of) for of in ("at once", "one by one")}
+    points, sags = ({way: times(evidence, of, way) for way in ASKED} for of in ("point", "sag"))
     limits = {
         name: Reading.of(on.paper.key, name)["crane-real-time"] for name in ("chosen", "crane-real-time=0.1")
     }
-    slow = {(name, of): points[of]["upper"][LOOP] >= limit for name, limit in limits.items() for of in points}
+    slow = {(name, way): points[way]["upper"][LOOP] >= limits[name] for name in limits for way in points}
     analysis = 60 * on.printed("crane-training-time") / on.printed("crane-grid-vectors")
-    yield on(
-        "crane-iterative-is-expensive",
-        pd.Series(slow, dtype=bool).rename_axis(["reading", "points"]),
-        "Cases: points that come at once, which tells the arithmetic, and one by one, which is mostly calls from Python. "
-        f"The co-rotational structure takes {_ms(points['at once'], COROTATIONAL)} at once. With the analyses of "
-        f"1999 a point would have taken {analysis * loop(evidence, 'linear').index.max():.1f} s, and the claim was right then.",
-        ours="; ".join(f"{_ms(own, LOOP)} a point {of}" for of, own in points.items()),
-    )
-    sags = {of: times(evidence, "sag", of) for of in ("at once", "one by one")}
-    ratios = [f"{own['median'][STRUCTURE] / own['median'][THESIS]:.3g} {of}" for of, own in sags.items()]
-    yield on(
-        "crane-networks-are-cheaper",
-        {of: bool(own["upper"][THESIS] < own["lower"][STRUCTURE]) for of, own in sags.items()},
-        "Cases in which the quartiles of network and structure lie apart, for a sag on one core.",
-        ours=f"times as fast: {', '.join(ratios)}",
-    )
+    note = f"Cases: points that come at once, which tells the arithmetic, and one by one, which is mostly calls from Python. The co-rotational structure takes {_ms(points['at once'], COROTATIONAL)} at once. With the analyses of 1999 a point would have taken {analysis * loop(evidence, 'linear').index.max():.1f} s, and the claim was right then."
+    cases = pd.Series(slow, dtype=bool).rename_axis(["reading", "points"])
+    ours = "; ".join(f"{_ms(own, LOOP)} a point {way}" for way, own in points.items())
+    yield on("crane-iterative-is-expensive", cases, note, ours=ours)
+    ratios = [f"{own['median'][STRUCTURE] / own['median'][THESIS]:.3g} {way}" for way, own in sags.items()]
+    note = "Cases in which the quartiles of network and structure lie apart, for a sag on one core."
+    cheaper = {way: own["upper"][THESIS] < own["lower"][STRUCTURE] for way, own in sags.items()}
+    yield on("crane-networks-are-cheaper", cheaper, note, ours=f"times as fast: {', '.join(ratios)}")
 
 
 def _ms(rows: pd.DataFrame, way: str) -> str:

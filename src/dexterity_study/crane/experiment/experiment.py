@@ -7,8 +7,7 @@ assumptions of the ledger; they were set before any comparison. Lengths are in [
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 import torch
@@ -18,6 +17,7 @@ from dexterity import crane
 from dexterity.crane import positioning
 from dexterity.crane.existing import Differences, existing_crane, joint_forces
 from dexterity.crane.positioning import GeneticInverseOptions, Task
+from dexterity_study.crane.cases import CRANE, PAPER, Made, Rows, Values, seeded
 from dexterity_study.engine.experiment import experiment
 
 POINTS: tuple[tuple[float, float], ...] = tuple((x, y) for x in (2.2, 3.0, 3.8) for y in (1.75, 0.95, 0.15))
@@ -51,12 +51,12 @@ Zeroed: the model was set right, empty, at the middle point, so that only a chan
 """
 
 
-@experiment(keys=("point", "payload"), data=("robots/patu655.toml",))
-def model(seed: int) -> Iterator[dict[str, Any]]:
+@experiment(keys=("point", "payload"), **CRANE)
+def model(seed: int) -> Rows:
     """Jib and jib cylinder of the model at the measured points, and errors of the structure's loop on itself."""
     task = positioning.thesis_task(POINTS, PAYLOADS)
     exact = positioning.uncompensated(task).strokes
-    same = existing_crane(Differences(), torch.Generator().manual_seed(seed))
+    same = existing_crane(Differences(), seeded(seed))
     columns = {
         "jib_angle": crane.posture(exact).jib,
         "jib_cylinder": joint_forces(exact, task.payload).rods[:, 1],
@@ -72,22 +72,19 @@ def model(seed: int) -> Iterator[dict[str, Any]]:
     keys=("crane", "point"),
     arrays=("network_error", "errors", "means"),
     smoke={"cranes": 2, "epochs": 20, "generations": 100},
-    paper="rouvinen1999",
     assumes=tuple(f"crane-existing-{name}" for name in ("misalignment", "play", "stiffness", "sensors")),
     rtol=1e-3,
     atol=1e-6,
-    data=("robots/patu655.toml",),
+    **PAPER,
 )
 def measurements(
-    seed: int, reading: Mapping[str, Any], cranes: int = 3, epochs: int = 200, generations: int = 1000
-) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    seed: int, reading: Values, cranes: int = 3, epochs: int = 200, generations: int = 1000
+) -> Made:
     """Readings on cranes that one controller drives open loop: one network and one run of the genetic algorithm.
 
-    Returns
-    -------
-    Whether a crane is better off without compensation: by the thesis's way with all differences, and in closed form
-    with play alone. Arrays: `network_error` (payloads), mean distance of the network's sag from the structure's;
-    `errors` (cranes, ways, points, payloads, 2), target less reading with all differences; `means`
+    Rows say whether a crane is better off without compensation: by the thesis's way with all differences, and in
+    closed form with play alone. Arrays: `network_error` (payloads), mean distance of the network's sag from the
+    structure's; `errors` (cranes, ways, points, payloads, 2), target less reading with all differences; `means`
     (cranes, differences, references, ways), mean distances.
     """
     task, options = positioning.thesis_task(POINTS, PAYLOADS), GeneticInverseOptions(generations=generations)
@@ -120,7 +117,7 @@ def distances(errors: np.ndarray, reference: str) -> np.ndarray:
 
 def _controller(task: Task, seed: int, epochs: int, options: GeneticInverseOptions) -> tuple[Tensor, Tensor]:
     """Strokes of all ways (ways · N, 3), and the network's mean distance from the structure's sag (payloads)."""
-    random = torch.Generator().manual_seed(seed)
+    random = seeded(seed)
     sag = positioning.network_sag(positioning.correction_network(crane.training_set(), random, epochs=epochs))
     # Each point is searched once without sag, and from there once with the sag of each payload.
     empty = positioning.thesis_task(POINTS, PAYLOADS[:1])
@@ -140,13 +137,13 @@ def _by_structure(task: Task) -> Tensor:
     return positioning.compensate(task, positioning.linear_sag(), corrections=10, tolerance=1e-7).strokes
 
 
-def _errors(task: Task, strokes: Tensor, name: str, reading: Mapping[str, Any], seed: int) -> np.ndarray:
+def _errors(task: Task, strokes: Tensor, name: str, reading: Values, seed: int) -> np.ndarray:
     """Target less reading (ways, points, payloads, 2) on the crane of a seed with some differences."""
     sizes = {part: reading[f"crane-existing-{part}"] for part in ("misalignment", "play", "stiffness")}
     sizes |= {"stroke_step": reading["crane-existing-sensors"], "reading_step": READING_STEP}
     parts, size = DIFFERENCES[name]
     differences = Differences(**{part: size * sizes[part] for part in parts or sizes})
-    existing = existing_crane(differences, torch.Generator().manual_seed(seed))
+    existing = existing_crane(differences, seeded(seed))
     if name == ZEROED:
         existing = existing.zeroed(crane.inverse(POINTS[len(POINTS) // 2]).strokes)
     read = existing.reading(strokes, task.payload.repeat(len(WAYS)))

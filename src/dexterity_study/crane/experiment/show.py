@@ -31,9 +31,8 @@ def errors(stored: Evidence, reference: str) -> Markup:
 def by_difference(stored: Evidence, reference: str) -> Markup:
     """Set the mean distance by what cranes differ in, for all ways."""
     means = 1e3 * np.concatenate(stored["measurements"].array("means"))
-    return _ranges(
-        means[:, :, experiment.REFERENCES.index(reference)], experiment.DIFFERENCES, experiment.WAYS
-    )
+    place = experiment.REFERENCES.index(reference)
+    return _ranges(means[:, :, place], experiment.DIFFERENCES, experiment.WAYS)
 
 
 def _ranges(values: np.ndarray, rows: Iterable[str], columns: Iterable[str]) -> Markup:
@@ -43,9 +42,8 @@ def _ranges(values: np.ndarray, rows: Iterable[str], columns: Iterable[str]) -> 
 
 def bars(stored: Evidence) -> Figure:
     """Draw errors in x and y at the nine points, as Figs. 4.22 and 4.23 do, for the typical crane."""
-    at = np.arange(1, len(experiment.POINTS) + 1)[:, None] + np.linspace(
-        -0.27, 0.27, len(experiment.PAYLOADS)
-    )
+    numbers = np.arange(1, len(experiment.POINTS) + 1)
+    at = numbers[:, None] + np.linspace(-0.27, 0.27, len(experiment.PAYLOADS))
     fig, panels = plt.subplots(2, 2, figsize=(7, 5), sharex=True, sharey="row")
     for column, reference in zip(panels.T, experiment.REFERENCES, strict=True):
         own = experiment.from_reference(errors_of(stored), reference)[typical(stored)]
@@ -53,29 +51,10 @@ def bars(stored: Evidence) -> Figure:
             for missed, (label, color, width) in zip(own[:2, ..., axis], LOOKS, strict=True):
                 ax.bar(at.ravel(), missed.ravel(), width, color=color, label=label)
         column[0].set(title=f"from the {reference}")
-        column[1].set(xlabel="point", xticks=range(1, len(experiment.POINTS) + 1))
+        column[1].set(xlabel="point", xticks=numbers)
     panels[0, 0].set(ylabel="error in x [mm]")
     panels[1, 0].set(ylabel="error in y [mm]")
     fig.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    return fig
-
-
-def places(stored: Evidence) -> Figure:
-    """Draw where the tip of the typical crane comes to rest at two points, as Figs. 4.24 and 4.25 do."""
-    fig, panels = plt.subplots(
-        1, 2, figsize=(7, 4.4), subplot_kw={"aspect": "equal", "adjustable": "datalim"}
-    )
-    for ax, point in zip(panels, ((3.8, 0.15), (3.8, 0.95)), strict=True):
-        target = 1e3 * np.array(point)
-        missed = errors_of(stored)[typical(stored), :2, experiment.POINTS.index(point)]
-        for tips, (label, color, _) in zip(target - missed, LOOKS, strict=True):
-            ax.plot(*tips.T, "-", linewidth=1, color=color)
-            for marker, payload, tip in zip("os^", experiment.PAYLOADS, tips, strict=True):
-                ax.plot(*tip, marker, color=color, label=f"{label}, {payload:.0f} kg")
-        ax.plot(*target, "+", color="black", markersize=12, label="target")
-        ax.set(title=f"{point}", xlabel="x [mm]")
-    panels[0].set(ylabel="y [mm]")
-    fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize="small")
     return fig
 
 
@@ -91,13 +70,11 @@ def networks(stored: Evidence, live: Table) -> Markup:
 def points(stored: Evidence) -> Markup:
     """Set for each point where the jib is, what its cylinder holds, and how often compensation harms."""
     model = stored["model"].where()
-    force = model.pivot(index="point", columns="payload", values="jib_cylinder") / 1e3
+    force = (model["jib_cylinder"] / 1e3).groupby(model["point"])
     harmed = 100 * stored["measurements"].where().groupby("point")[["all", "play"]].mean()
     columns = {
         "jib [°]": np.degrees(model.groupby("point")["jib_angle"].first()),
-        "cylinder, empty to loaded [kN]": [
-            f"{own.iloc[0]:.1f} to {own.iloc[-1]:.1f}" for _, own in force.iterrows()
-        ],
+        "cylinder, empty to loaded [kN]": force.apply(lambda own: f"{own.iloc[0]:.1f} to {own.iloc[-1]:.1f}"),
         "better without [% of cranes]": harmed["all"],
         "with play alone [%]": harmed["play"],
     }

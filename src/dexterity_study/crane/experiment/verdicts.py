@@ -19,44 +19,32 @@ ROWS = {"max": "largest", "mean": "mean"}
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Put simulated cranes beside each measurement."""
     on = Judge("rouvinen1999")
-    for reference, table in (("target", "target"), ("reference", "point reached")):
+    target, reached = (layout(evidence, reference) for reference in REFERENCES)
+    for name, table in (("target", target), ("reference", reached)):
         for i, row in enumerate(f"{axis}{kind}" for kind in ROWS for axis in "xyr"):
-            yield _on_row(on, f"crane-measured-{reference}-{row}", layout(evidence, table)[:, i])
-    mean, largest = (layout(evidence, "point reached")[:, row, -2:].T for row in (5, 2))
+            yield _on_row(on, f"crane-measured-{name}-{row}", table[:, i])
+    mean, largest = (reached[:, row, -2:].T for row in (5, 2))
     both = (mean[1] < mean[0]) & (largest[1] < largest[0])
-    yield on.out_of_scope(
-        "crane-measured-gain",
-        f"Both fall on {both.mean():.0%} of {len(both)} simulated cranes.",
-        f"mean {_mm(mean[0])} to {_mm(mean[1])} mm, largest {_mm(largest[0])} to {_mm(largest[1])} mm",
-    )
-    means = layout(evidence, "target")[:, 5]
-    without, compensated = (means[:, 4:6] - means[:, :2]).T
-    yield on.out_of_scope(
-        "crane-measured-payload-does-not-matter",
-        "Change of the mean distance from the target up to the heaviest payload. By its size it is "
-        f"{np.median(abs(compensated)):.1f} mm in the median simulated crane, without compensation "
-        f"{np.median(abs(without)):.1f} mm.",
-        f"{_mm(compensated)} mm with, {_mm(without)} mm without",
-    )
+    note = f"Both fall on {both.mean():.0%} of {len(both)} simulated cranes."
+    ours = f"mean {_mm(mean[0])} to {_mm(mean[1])} mm, largest {_mm(largest[0])} to {_mm(largest[1])} mm"
+    yield on.out_of_scope("crane-measured-gain", note, ours)
+    without, compensated = (target[:, 5, 4:6] - target[:, 5, :2]).T
+    note = f"Change of the mean distance from the target up to the heaviest payload. By its size it is {np.median(abs(compensated)):.1f} mm in the median simulated crane, without compensation {np.median(abs(without)):.1f} mm."
+    ours = f"{_mm(compensated)} mm with, {_mm(without)} mm without"
+    yield on.out_of_scope("crane-measured-payload-does-not-matter", note, ours)
     harmed, model = evidence["measurements"].where(), evidence["model"].where()
     there = harmed["point"].isin((2, 3))
-    pushes = model.groupby("point")["jib_cylinder"].min().loc[lambda force: force > 0].index
-    yield on.out_of_scope(
-        "crane-measured-exceptions",
-        f"At points 2 and 3 {harmed['all'][there].mean():.0%} of the simulated cranes are better without, at others "
-        f"{harmed['all'][~there].mean():.0%}; by play alone {harmed['play'][there].mean():.0%} at 2 and 3, and "
-        f"{harmed[ZEROED][there].mean():.0%} if the model was set right where the cylinder pulls. The model's jib "
-        f"cylinder pushes at {' and '.join(f'point {point}' for point in pushes) or 'no point'} alone. Load takes up "
-        "play to where the tip is lower, as sag does.",
-        f"better without at {with_range(harmed.groupby(['seed', 'crane'])['all'].sum(), '{:g}')} of nine points",
-    )
-    gains = [layout(evidence, to)[:, 3:5, -2:] @ (1, -1) for to in REFERENCES]
-    yield on.out_of_scope(
-        "crane-measured-y-gains",
-        "Gain of the mean error from the target, and from the point reached. More is gained in y on "
-        f"{min((gain[:, 1] > gain[:, 0]).mean() for gain in gains):.0%} of the simulated cranes at least.",
-        "; ".join(f"{_mm(gain[:, 1])} mm in y, {_mm(gain[:, 0])} mm in x" for gain in gains),
-    )
+    at, elsewhere = (harmed[which][["all", "play", ZEROED]].mean() for which in (there, ~there))
+    least = model.groupby("point")["jib_cylinder"].min()
+    pushes = " and ".join(f"point {point}" for point in least.index[least > 0]) or "no point"
+    note = f"At points 2 and 3 {at['all']:.0%} of the simulated cranes are better without, at others {elsewhere['all']:.0%}; by play alone {at['play']:.0%} at 2 and 3, and {at[ZEROED]:.0%} if the model was set right where the cylinder pulls. The model's jib cylinder pushes at {pushes} alone. Load takes up play to where the tip is lower, as sag does."
+    counts = harmed.groupby(["seed", "crane"])["all"].sum()
+    ours = f"better without at {with_range(counts, '{:g}')} of nine points"
+    yield on.out_of_scope("crane-measured-exceptions", note, ours)
+    gains = [table[:, 3:5, -2:] @ (1, -1) for table in (target, reached)]
+    note = f"Gain of the mean error from the target, and from the point reached. More is gained in y on {min((gain[:, 1] > gain[:, 0]).mean() for gain in gains):.0%} of the simulated cranes at least."
+    ours = "; ".join(f"{_mm(gain[:, 1])} mm in y, {_mm(gain[:, 0])} mm in x" for gain in gains)
+    yield on.out_of_scope("crane-measured-y-gains", note, ours)
 
 
 def _on_row(on: Judge, claim: str, ours: np.ndarray) -> Verdict:
@@ -65,13 +53,9 @@ def _on_row(on: Judge, claim: str, ours: np.ndarray) -> Verdict:
     low, high = np.quantile(ours, [0.05, 0.95], axis=0)
     larger, smaller = printed < low - entry.rounding, printed > high + entry.rounding
     change = np.median(ours[:, -1] - ours[:, -2])
-    return on.out_of_scope(
-        claim,
-        f"Of {len(printed)} printed numbers {larger.sum()} are below the middle 90 % of {len(ours)} simulated cranes, "
-        f"and {smaller.sum()} above. Method 1 changes the last by {change:+.1f} mm in the median crane, in print by "
-        f"{printed[-1] - printed[-2]:+.1f} mm.",
-        ", ".join(f"{value:.1f}" for value in np.median(ours, axis=0)) + " mm",
-    )
+    note = f"Of {len(printed)} printed numbers {larger.sum()} are below the middle 90 % of {len(ours)} simulated cranes, and {smaller.sum()} above. Method 1 changes the last by {change:+.1f} mm in the median crane, in print by {printed[-1] - printed[-2]:+.1f} mm."
+    medians = ", ".join(f"{value:.1f}" for value in np.median(ours, axis=0))
+    return on.out_of_scope(claim, note, f"{medians} mm")
 
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:

@@ -8,33 +8,28 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from dexterity import crane, spatial
 from dexterity.crane.description import Crane, Point
 from dexterity.crane.kinematics import turned
+from dexterity_study.crane.cases import BOX, CRANE, PAPER, Made, Rows, Values, seeded, with_jib_stroke
 from dexterity_study.engine.experiment import experiment
-
-BOX = ((0.0, 6.6), (-4.2, 7.8))
-"""Ranges of x and y that hold the working area ahead of the pillar [m]."""
 
 NANOMETRE = 1e-9
 
-SIZES = {"data": ("robots/patu655.toml",), "rtol": 1e-6, "atol": 1e-6}
-STROKE = {"paper": "rouvinen1999", "assumes": ("crane-jib-stroke",), "readings": ("crane-jib-stroke=0.75",)}
+STEADY = {"rtol": 1e-6, "atol": 1e-6}
+STROKE = {"assumes": ("crane-jib-stroke",), "readings": ("crane-jib-stroke=0.75",), **PAPER, **STEADY}
 DRAWN = {"seeds": 10, "reading_seeds": 3, "smoke": {"drawn": 1_000}}
 
 
-@experiment(**SIZES, **DRAWN)
-def formulas(
-    seed: int, drawn: int = 20_000, mounts: Sequence[float] = (0.26, 0.105, 0.3025, 1.04)
-) -> Iterator[dict[str, Any]]:
+@experiment(**CRANE, **STEADY, **DRAWN)
+def formulas(seed: int, drawn: int = 20_000, mounts: Sequence[float] = (0.26, 0.105, 0.3025, 1.04)) -> Rows:
     """Relative misses of the printed formulas, and shifts of the tip [m] by other printed sizes."""
     own, links = crane.patu655(), crane.patu655().linkage
     strokes = random_strokes(own, drawn, seed)
@@ -64,10 +59,10 @@ def formulas(
     }
 
 
-@experiment(**SIZES, **STROKE, **DRAWN)
-def inverse(seed: int, reading: Mapping[str, Any], drawn: int = 20_000) -> Iterator[dict[str, Any]]:
+@experiment(**STROKE, **DRAWN)
+def inverse(seed: int, reading: Values, drawn: int = 20_000) -> Rows:
     """Miss of the closed form [m], postures that it loses, and pairs of lift and jib stroke by extension."""
-    machine = machine_of(reading)
+    machine = with_jib_stroke(reading)
     strokes = random_strokes(machine, drawn, seed)
     tip = crane.tip_position(strokes)
     back = crane.inverse(tip, strokes[:, 2], machine)
@@ -90,10 +85,10 @@ def inverse(seed: int, reading: Mapping[str, Any], drawn: int = 20_000) -> Itera
     }
 
 
-@experiment(keys=("of",), **SIZES, **STROKE, **DRAWN)
-def gains(seed: int, reading: Mapping[str, Any], drawn: int = 20_000) -> Iterator[dict[str, Any]]:
+@experiment(keys=("of",), **STROKE, **DRAWN)
+def gains(seed: int, reading: Values, drawn: int = 20_000) -> Rows:
     """Displacement of the tip by a unit of each stroke, and of the best and the worst combination."""
-    strokes = random_strokes(machine_of(reading), drawn, seed), crane.inverse(crane.TEST_POINTS).strokes
+    strokes = random_strokes(with_jib_stroke(reading), drawn, seed), crane.inverse(crane.TEST_POINTS).strokes
     jacobians = map(crane.tip_jacobian, strokes)
     drawn_gains, at_tests = (torch.cat([J.norm(dim=-2), torch.linalg.svdvals(J)], -1).mT for J in jacobians)
     names = ("lift", "jib", "extension", "largest singular value", "smallest singular value")
@@ -102,18 +97,13 @@ def gains(seed: int, reading: Mapping[str, Any], drawn: int = 20_000) -> Iterato
         yield {"of": name, **numbers, "at_tests": of_tests.max()}
 
 
-@experiment(
-    arrays=("extension", "amplification"), smoke={"spacing": 0.3, "extensions": 33}, **SIZES, **STROKE
-)
-def working_area(
-    seed: int, reading: Mapping[str, Any], spacing: float = 0.06, extensions: int = 321
-) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+@experiment(arrays=("extension", "amplification"), smoke={"spacing": 0.3, "extensions": 33}, **STROKE)
+def working_area(seed: int, reading: Values, spacing: float = 0.06, extensions: int = 321) -> Made:  # noqa: ARG001 -- nothing is drawn
     """Search of a grid through all extensions, the least extension, and whether three circles tell it.
 
     Its arrays hold the least extension [m] and the larger gain of lift and jib stroke with it, x by rows.
     """
-    del seed  # nothing is drawn
-    machine = machine_of(reading)
+    machine = with_jib_stroke(reading)
     points, shape = grid(spacing)
     first, last = torch.full((2, len(points)), torch.nan, dtype=torch.float64)
     for s3 in torch.linspace(0, machine.upper[2], extensions, dtype=torch.float64).tolist():
@@ -127,8 +117,8 @@ def working_area(
     below = spatial.wrap_to_pi(direction(points - joint) - lowest) < 0
     needs = (distance < inner) | (distance > outer) | (below & (_length(points, elbow) > low))
     zero = crane.inverse(points, 0.0, machine).within_limits
-    s2, folded, _ = fold_curves(machine, 7_801)
-    low_span, middle_span, high_span = spans.quantile(spans.new_tensor([0.1, 0.5, 0.9]))
+    s2, folded = folding(machine)
+    deciles = spans.quantile(spans.new_tensor([0.1, 0.5, 0.9]))
     row = {
         "jib_stroke": machine.upper[1],
         "vectors": len(crane.training_set(machine)),
@@ -137,9 +127,7 @@ def working_area(
         "inner_least": folded.min(),
         "inner_least_at": s2[folded.argmin()],
         "several": (spans > 0).double().mean(),
-        "span_first_decile": low_span,
-        "span_median": middle_span,
-        "span_last_decile": high_span,
+        **dict(zip(("span_first_decile", "span_median", "span_last_decile"), deciles, strict=True)),
         "excess": (rule.strokes[:, 2] - first)[rule.within_limits].nan_to_num(0.0).clamp(min=0.0).max(),
         "overlooked": ((inside & ~rule.within_limits).sum() / inside.sum()).item(),
         "disagreement": (needs == zero)[inside].double().mean(),
@@ -153,8 +141,8 @@ def working_area(
     return [row], arrays
 
 
-@experiment(keys=("circle",), smoke={"spacing": 0.3}, **SIZES)
-def rules(seed: int, spacing: float = 0.06) -> Iterator[dict[str, Any]]:  # noqa: ARG001
+@experiment(keys=("circle",), smoke={"spacing": 0.3}, **CRANE, **STEADY)
+def rules(seed: int, spacing: float = 0.06) -> Rows:  # noqa: ARG001 -- nothing is drawn
     """Radii [m] with which the printed rules are exact, over the points that each circle decides."""
     points, _ = grid(spacing)
     points = points[crane.inverse(points).within_limits]
@@ -178,20 +166,10 @@ def rules(seed: int, spacing: float = 0.06) -> Iterator[dict[str, Any]]:  # noqa
         }
 
 
-# ---- strokes and points ----------------------------------------------------------------------------
-
-
-def machine_of(reading: Mapping[str, Any]) -> Crane:
-    """Return the crane whose jib cylinder ends where a reading says."""
-    own = crane.patu655()
-    return replace(own, upper=(own.upper[0], reading["crane-jib-stroke"], own.upper[2]))
-
-
 def random_strokes(machine: Crane, drawn: int, seed: int) -> Tensor:
     """Draw strokes (n, 3) within their limits, all corners of these among them."""
-    random = torch.Generator().manual_seed(seed)
     corners = torch.cartesian_prod(*[torch.tensor([0.0, 1.0], dtype=torch.float64)] * 3)
-    unit = torch.cat([corners, torch.rand(drawn, 3, generator=random, dtype=torch.float64)])
+    unit = torch.cat([corners, torch.rand(drawn, 3, generator=seeded(seed), dtype=torch.float64)])
     return unit * unit.new_tensor(machine.upper)
 
 
@@ -206,13 +184,11 @@ def direction(points: Tensor) -> Tensor:
     return torch.atan2(points[..., 1], points[..., 0])
 
 
-def fold_curves(machine: Crane, steps: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return jib strokes [m], the tip's distance from the lift joint with them [m], and θ₂ [degrees]."""
+def folding(machine: Crane, steps: int = 7_801) -> tuple[Tensor, Tensor]:
+    """Return jib strokes, and the tip's distance from the lift joint with them and no extension [m]."""
     s2 = torch.linspace(0, machine.upper[1], steps, dtype=torch.float64)
-    strokes = torch.stack([0 * s2, s2, 0 * s2], dim=-1)
-    place = crane.posture(strokes)
-    distance = _length(crane.tip_position(strokes), machine.linkage.lift_joint)
-    return s2.numpy(), distance.numpy(), torch.rad2deg(place.jib - place.lift).numpy()
+    tip = crane.tip_position(torch.stack([0 * s2, s2, 0 * s2], dim=-1))
+    return s2, _length(tip, machine.linkage.lift_joint)
 
 
 def circles(machine: Crane) -> dict[str, tuple[Tensor, float]]:
@@ -220,7 +196,7 @@ def circles(machine: Crane) -> dict[str, tuple[Tensor, float]]:
     links, lowest = machine.linkage, crane.posture(machine.lower).lift
     joint = lowest.new_tensor(links.lift_joint)
     first, second = math.hypot(*links.jib_joint), math.hypot(*links.extension_joint)
-    folded = fold_curves(machine, 7_801)[1].min().item()
+    folded = folding(machine)[1].min().item()
     elbow = joint + turned(lowest, links.jib_joint)
     return {"folded": (joint, folded), "lift arm down": (elbow, second), "stretched": (joint, first + second)}
 
@@ -242,9 +218,6 @@ def count_pairs(strokes: Tensor, machine: Crane, steps: int = 2_000) -> Tensor:
     allowed = (turn >= -1e-3) & (turn <= highest - lowest + 1e-3)
     short = tried.norm(dim=-1) < target.norm(dim=-1)
     return ((short[:, 1:] != short[:, :-1]) & allowed[:, 1:]).sum(-1)
-
-
-# ---- lengths and transforms ------------------------------------------------------------------------
 
 
 def _with_sizes(**sizes: Any) -> Crane:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -19,7 +20,8 @@ from dexterity.crane.kinematics import turned
 from dexterity.scenes import Body, Scene, Slider
 from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.crane.kinematics.experiment import BOX, circles, direction, fold_curves
+from dexterity_study.crane.cases import BOX
+from dexterity_study.crane.kinematics.experiment import circles, direction
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
@@ -27,6 +29,7 @@ from dexterity_study.page.tables import over_seeds, show
 
 PAPER = load_paper("rouvinen1999")
 SLIDERS = ("s₁ lift [m]", "s₂ jib [m]", "s₃ extension [m]")
+GREY = "#64748B"
 
 
 def tips(strokes: Tensor) -> Markup:
@@ -37,42 +40,21 @@ def tips(strokes: Tensor) -> Markup:
 
 def misprints(stored: Evidence) -> Markup:
     """Set printed sizes that the thesis contradicts, with what stands elsewhere and how much it matters."""
-    shifts, rules = (
-        stored["formulas"].where().max(numeric_only=True),
-        stored["rules"].where().set_index("circle"),
-    )
+    shifts, rules = stored["formulas"].where().max(numeric_only=True), stored["rules"].where()
     area, short = (stored["working_area"].where(one).iloc[0] for one in ("chosen", "crane-jib-stroke=0.75"))
     up, rocker = PAPER.printed("crane-joints")[-1], math.hypot(*crane.patu655().linkage.coupler_pin)
     inner, at_end = PAPER.printed("crane-inner-radius"), area["inner_at_end"]
-    radii = f"{area['inner_least']:.3f} m at least, {at_end:.3f} m at the end"
-    apart, longest = short["inner_at_end"] - at_end, inner - rules.loc["folded", "smallest"]
-    rows = [
-        ("mounts of the lift cylinder, table", PAPER.setting("crane-cylinder-mounts").printed),
-        ("height of IJ", f"{up:g} m"),
-        ("length of GI", PAPER.setting("crane-rocker").printed),
-        ("end of the jib cylinder", f"{short['jib_stroke']:g} m"),
-        ("inner radius", f"{inner:g} m"),
-        ("circle with an extension", "r² + s₃²"),
-    ]
-    columns = {
-        "elsewhere": [
-            "the same sizes in other pairs in the listing",
-            f"−{up:g} along an axis that points down",
-            f"{rocker:.5f} m by its two sizes",
-            f"{area['jib_stroke']:g} m in the training data",
-            radii,
-            "(r + s₃)² in the rule that follows",
-        ],
-        "at stake": [
-            f"{shifts['table']:.1f} m, with the best signs",
-            f"{1e3 * shifts['downwards']:.0f} mm, if taken for down",
-            f"{1e3 * shifts['rocker']:.2f} mm",
-            f"{1e3 * apart:.0f} mm, folded",
-            f"{1e3 * longest:.0f} mm of extension",
-            f"{rules['by_squares'].max():.1f} m of extension",
-        ],
-    }
-    return show(pd.DataFrame(rows, columns=["", "printed"]).set_index("").assign(**columns))
+    longest = inner - rules.set_index("circle").loc["folded", "smallest"]
+    heads = ["", "printed", "elsewhere", "at stake"]
+    rows = (
+        f"mounts of the lift cylinder, table | {PAPER.setting('crane-cylinder-mounts').printed} | the same sizes in other pairs in the listing | {shifts['table']:.1f} m, with the best signs",
+        f"height of IJ | {up:g} m | −{up:g} along an axis that points down | {1e3 * shifts['downwards']:.0f} mm, if taken for down",
+        f"length of GI | {PAPER.setting('crane-rocker').printed} | {rocker:.5f} m by its two sizes | {1e3 * shifts['rocker']:.2f} mm",
+        f"end of the jib cylinder | {short['jib_stroke']:g} m | {area['jib_stroke']:g} m in the training data | {1e3 * (short['inner_at_end'] - at_end):.0f} mm, folded",
+        f"inner radius | {inner:g} m | {area['inner_least']:.3f} m at least, {at_end:.3f} m at the end | {1e3 * longest:.0f} mm of extension",
+        f"circle with an extension | r² + s₃² | (r + s₃)² in the rule that follows | {rules['by_squares'].max():.1f} m of extension",
+    )
+    return show(pd.DataFrame([row.split(" | ") for row in rows], columns=heads).set_index(""))
 
 
 def stroke_ends(stored: Evidence) -> Markup:
@@ -84,31 +66,11 @@ def stroke_ends(stored: Evidence) -> Markup:
 
 def gains(stored: Evidence, live: Table) -> Markup:
     """Set millimetres of the tip for a millimetre of each stroke, stored and live."""
-    heads = {
-        "least": "least",
-        "median": "median",
-        "largest": "largest",
-        "at_tests": "largest at the test points",
+    heads = {name: name for name in ("least", "median", "largest")} | {
+        "at_tests": "largest at the test points"
     }
     table = over_seeds(stored["gains"].where(), "of", heads, "{:.1f}")
     return show(table.assign(**{"median, live": live.where().set_index("of")["median"].map("{:.1f}".format)}))
-
-
-def fold() -> Figure:
-    """Draw the angle of the jib and the distance of the tip from the lift joint against the jib's stroke."""
-    s2, distance, angle = fold_curves(crane.patu655())
-    fig, (top, bottom) = plt.subplots(2, 1, figsize=(5.8, 5.6), sharex=True)
-    top.plot(s2, angle)
-    top.set(ylabel="θ₂ [°]")
-    bottom.plot(s2, distance)
-    printed = PAPER.printed("crane-inner-radius")
-    bottom.axhline(printed, color=COLORS["vermillion"], linestyle=":", label="printed inner radius")
-    for ax in (top, bottom):
-        end = PAPER.printed("crane-stroke-ends")[1]
-        ax.axvline(end, color=COLORS["black"], linestyle="--", label="end in the listing")
-    bottom.set(xlabel="s₂ [m]", ylabel="tip to lift joint [m]")
-    bottom.legend(loc="lower left")
-    return fig
 
 
 def maps(stored: Evidence) -> Figure:
@@ -122,9 +84,8 @@ def maps(stored: Evidence) -> Figure:
         ax.set(xlabel="x [m]", xlim=BOX[0], ylim=BOX[1])
         ax.grid(visible=False)
     for centre, radius in circles(crane.patu655()).values():
-        panels[0].add_patch(
-            Circle((centre[0].item(), centre[1].item()), radius, fill=False, color=COLORS["orange"])
-        )
+        x, y = centre.tolist()
+        panels[0].add_patch(Circle((x, y), radius, fill=False, color=COLORS["orange"]))
     panels[0].plot(*_training_tips().T, ".", ms=2.5, color=COLORS["vermillion"])
     panels[1].plot(*np.transpose(crane.TEST_POINTS), "o", ms=4, color=COLORS["black"])
     panels[0].set(ylabel="y [m]")
@@ -136,83 +97,70 @@ def _training_tips() -> np.ndarray:
     return np.unique((data.tip - data.deflection).numpy().round(9), axis=0)
 
 
-# ---- the crane as a mechanism ----------------------------------------------------------------------
-
-
 def scene() -> Scene:
     """Draw the crane with a slider for each stroke, and the tips of the training data."""
-    drawn = Scene(
-        "The rigid crane and where its tip was put for training", height=520, view_from=(0.25, -1.0, 0.15)
-    )
-    drawn.add_mechanism(
-        *mechanism(), name="crane", pose=[[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
-    )
+    title = "The rigid crane and where its tip was put for training"
+    drawn = Scene(title, height=520, view_from=(0.25, -1.0, 0.15))
+    upright = [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
+    drawn.add_mechanism(*mechanism(), name="crane", pose=upright)
     points = np.insert(_training_tips(), 1, 0.0, axis=1)
     drawn.add_points(points, name="tips of the training data", size=0.05, color="orange")
     return drawn
 
 
-def mechanism(
-    start: tuple[float, ...] = (0.25, 0.3, 0.5), steps: int = 61
-) -> tuple[list[Body], list[Slider]]:
+def mechanism(start: Sequence[float] = (0.25, 0.3, 0.5), steps: int = 61) -> tuple[list[Body], list[Slider]]:
     """Return the bodies of the crane, and sliders for its strokes that stand at a start [m]."""
     links, upper = crane.patu655().linkage, crane.patu655().upper
     values = [torch.linspace(0, end, steps, dtype=torch.float64) for end in upper]
     # Neither angle, that of the jib being taken from the lift arm, depends on another's stroke.
     place = crane.posture(torch.stack(values, dim=-1))
-    jib, pin, (along, across) = place.jib - place.lift, place.crank_pin, links.extension_joint
+    fold, pin, (along, across) = place.jib - place.lift, place.crank_pin, links.extension_joint
     lift_rod = turned(place.lift, links.lift_cylinder_rod) + pin.new_tensor(links.lift_joint)
-    coupler_pin = turned(jib, links.coupler_pin) + pin.new_tensor(links.jib_joint)
+    coupler_pin = turned(fold, links.coupler_pin) + pin.new_tensor(links.jib_joint)
     slid = torch.stack([along + values[2], torch.full_like(values[2], across)], dim=-1)
-    elbow = np.array(links.jib_joint)
-    lift_arm = [(0, 0), links.jib_joint]
+    elbow, lift_arm = np.array(links.jib_joint), [(0, 0), links.jib_joint]
     for mount in (links.lift_cylinder_rod, links.jib_cylinder_foot, links.crank_joint):
         lift_arm += [elbow * (mount @ elbow) / (elbow @ elbow), mount]
     jib_arm = [links.coupler_pin, (along, across), (0, 0), (0, across), (0, 0), links.coupler_pin]
     pillar = [(0, 0), links.lift_joint, (-0.006, 0.075), links.lift_cylinder_foot]
-    arms = (
-        ("lift arm", "pillar", 0, place.lift, links.lift_joint, lift_arm, 0.055, "blue"),
-        ("jib arm", "lift arm", 1, jib, links.jib_joint, jib_arm, 0.055, "sky blue"),
-        ("extension", "jib arm", 2, 0 * jib, slid, [(0, 0), (-1.95, 0)], 0.04, "vermillion"),
-    )
+    lift, jib, extension = SLIDERS
+    parts: list[tuple[Any, ...]] = [
+        ("lift arm", "pillar", lift, place.lift, links.lift_joint, lift_arm, 0.055, "blue"),
+        ("jib arm", "lift arm", jib, fold, links.jib_joint, jib_arm, 0.055, "sky blue"),
+        ("extension", "jib arm", extension, 0 * fold, slid, [(0, 0), (-1.95, 0)], 0.04, "vermillion"),
+    ]
     lift_foot, lift_length = links.lift_cylinder_foot, links.lift_cylinder_length
     jib_foot, jib_length = links.jib_cylinder_foot, links.jib_cylinder_length
     # The rods of the cylinders are long enough to stay in their barrels.
-    rods = (
-        ("crank", "lift arm", 1, links.crank_joint, pin, links.crank, 0.04, "bluish green"),
-        ("coupler", "lift arm", 1, pin, coupler_pin, links.coupler, 0.04, "bluish green"),
-        ("lift cylinder", "pillar", 0, lift_foot, lift_rod, 0.92 * lift_length, 0.055, "black"),
+    for name, on, slider, first, second, length, radius, color in (
+        ("crank", "lift arm", jib, links.crank_joint, pin, links.crank, 0.04, "bluish green"),
+        ("coupler", "lift arm", jib, pin, coupler_pin, links.coupler, 0.04, "bluish green"),
+        ("lift cylinder", "pillar", lift, lift_foot, lift_rod, 0.92 * lift_length, 0.055, "black"),
         (
             "lift cylinder's rod",
             "pillar",
-            0,
+            lift,
             lift_rod,
             lift_foot,
             0.1 * lift_length + upper[0],
             0.03,
-            "#64748B",
+            GREY,
         ),
-        ("jib cylinder", "lift arm", 1, jib_foot, pin, 0.92 * jib_length, 0.055, "black"),
-        ("jib cylinder's rod", "lift arm", 1, pin, jib_foot, 0.1 * jib_length + upper[1], 0.03, "#64748B"),
-    )
-    bodies = [Body("pillar", rods=_points(pillar).reshape(-1, 2, 3))]
-    for name, on, slider, angle, origin, ends, radius, color in arms:
-        places, own = _poses(angle, origin), _points(ends)
-        bodies.append(Body(name, on, SLIDERS[slider], places, own.reshape(-1, 2, 3), own[:1], radius, color))
-    for name, on, slider, first, second, length, radius, color in rods:
-        towards = torch.as_tensor(second, dtype=torch.float64) - torch.as_tensor(first, dtype=torch.float64)
-        places, own = _poses(direction(towards), first), _points([(0, 0), (length, 0)])
-        bodies.append(Body(name, on, SLIDERS[slider], places, own[None], own[:1], radius, color))
+        ("jib cylinder", "lift arm", jib, jib_foot, pin, 0.92 * jib_length, 0.055, "black"),
+        ("jib cylinder's rod", "lift arm", jib, pin, jib_foot, 0.1 * jib_length + upper[1], 0.03, GREY),
+    ):
+        ends = (torch.as_tensor(end, dtype=torch.float64) for end in (second, first))
+        angle = direction(torch.sub(*ends))
+        parts.append((name, on, slider, angle, first, [(0, 0), (length, 0)], radius, color))
+    bodies = [Body("pillar", rods=_rods(pillar))]
+    for name, on, slider, angle, origin, ends, radius, color in parts:
+        T = torch.eye(4, dtype=torch.float64).repeat(steps, 1, 1)
+        T[:, :2, 3] = torch.as_tensor(origin, dtype=torch.float64)
+        T[:, :2, :2] = torch.stack([turned(angle, (1.0, 0.0)), turned(angle, (0.0, 1.0))], dim=-1)
+        rods = _rods(ends)
+        bodies.append(Body(name, on, slider, T.numpy(), rods, rods[0, :1], radius, color))
     return bodies, [Slider(*one) for one in zip(SLIDERS, (own.numpy() for own in values), start, strict=True)]
 
 
-def _poses(angle: Tensor, origin: Tensor | Point) -> np.ndarray:
-    """Poses (k, 4, 4) of frames in the plane of their carrier."""
-    T = torch.eye(4, dtype=torch.float64).repeat(len(angle), 1, 1)
-    T[:, :2, 3] = torch.as_tensor(origin, dtype=torch.float64)
-    T[:, :2, :2] = torch.stack([turned(angle, (1.0, 0.0)), turned(angle, (0.0, 1.0))], dim=-1)
-    return T.numpy()
-
-
-def _points(plane: Sequence[Point | np.ndarray]) -> np.ndarray:
-    return np.insert(np.array(plane, dtype=float), 2, 0.0, axis=1)
+def _rods(ends: Sequence[Point | np.ndarray]) -> np.ndarray:
+    return np.insert(np.array(ends, dtype=float), 2, 0.0, axis=1).reshape(-1, 2, 3)

@@ -17,90 +17,9 @@ SEVERAL = 20.0
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
     on = Judge("rouvinen1999")
-    formulas, gains, inverse, area = (
-        evidence[name] for name in ("formulas", "gains", "inverse", "working_area")
-    )
-    rules, chosen = evidence["rules"].where().set_index("circle"), area.where().iloc[0]
-    yield on(
-        "crane-lift-angle",
-        formulas.values("lift"),
-        "Largest relative miss of the cylinder's length at any posture.",
-    )
-    yield on(
-        "crane-jib-angle",
-        formulas.values("jib"),
-        "Largest relative miss of the lengths of cylinder, crank and coupler.",
-    )
-    yield on(
-        "crane-transforms",
-        formulas.values("transforms"),
-        f"Largest distance from the plane's two rotations, as a share of the reach. The third axis of frame 5 points down in the plane, so that −0.008 is up; taken for down, the tip is {1e3 * formulas.where()['downwards'].max():.0f} mm off.",
-    )
-    gain = gains.where().groupby("of")["median"].median()
-    largest = [gains.values("largest", of=name) for name in ("lift", "jib")]
-    yield on(
-        "crane-amplification",
-        (largest[0] >= SEVERAL) | (largest[1] >= SEVERAL),
-        f"A millimetre of the lift cylinder moves the tip by {gain['lift']:.0f} mm in the median, a millimetre of the jib cylinder by {gain['jib']:.0f} mm; at the test points by up to {gains.where()['at_tests'].max():.0f} mm.",
-    )
-    yield on(
-        "crane-redundant",
-        area.values("several") > 0.5,
-        f"The range of extensions that reach a point is {chosen['span_median']:.2f} m in the median; a tenth of the points have less than {chosen['span_first_decile']:.2f} m, a tenth more than {chosen['span_last_decile']:.2f} m.",
-        ours=f"{chosen['several']:.0%} of the working area has several extensions",
-    )
-    down, trip = inverse.where()["elbow_down"], inverse.where()["round_trip"]
-    yield on(
-        "crane-no-closed-form",
-        (inverse.values("round_trip") >= NANOMETRE) | (inverse.values("lost") > 0),
-        f"Not for this crane: with an extension given, or the least one, the strokes follow by the law of cosines, and no posture with the elbow up is lost. The other way to bend is its mirror image; {with_range(100 * down, '{:.0f}')} % of random strokes have it.",
-        ours=f"closed form within {trip.max():.0e} m",
-    )
-    yield on(
-        "crane-one-joint-given",
-        (inverse.values("most") == 2) & (inverse.values("pairs") > 0),
-        f"Given the extension, there are two ways to bend the elbow; the cylinders have both for {with_range(100 * inverse.where()['pairs'], '{:.0f}')} % of random strokes, and never more.",
-        ours=f"{inverse.where()['most'].max()} pairs of lift and jib stroke at most",
-    )
-    overlooked = area.where(None).set_index("jib_stroke")["overlooked"]
-    yield on(
-        "crane-least-extension",
-        (area.values("excess") < NANOMETRE) & (area.values("overlooked") == 0),
-        "A closed form gives it: a search through all extensions finds none that is shorter. It overlooks "
-        + " and ".join(
-            f"{share:.1%} of the area with a jib stroke of {s2:g} m" for s2, share in overlooked.items()
-        )
-        + "; with the shorter stroke the arms do not fold all the way.",
-        ours=f"{chosen['excess']:.0e} m longer than the search's",
-    )
-    yield on(
-        "crane-three-circles",
-        area.values("disagreement") == 0,
-        "With the radii that the linkage gives. An extension is needed inside the first, outside the third, and outside the second below the lift arm's lowest line.",
-        ours=f"wrong in {chosen['disagreement']:.2g} of the working area",
-    )
-    yield on.misprint(
-        "crane-circle",
-        f"As printed it gives extensions that are wrong by up to {rules['by_squares'].max():.1f} m. The thesis's own rule for the extension is that of the square of a sum, (r + s₃)².",
-    )
-    yield on(
-        "crane-inner-radius",
-        area.values("inner_at_end"),
-        f"The listing's shorter stroke makes it longer. It is least, {chosen['inner_least']:.4f} m, at {chosen['inner_least_at']:.3f} m, where the arms are folded. The printed radius belongs to no end.",
-        form="{:.3f}",
-        unit="m",
-    )
-    folded, outer, printed = rules.loc["folded"], rules.drop("folded"), on.printed("crane-inner-radius")
-    yield on(
-        "crane-inner-rule",
-        max(abs(folded[end] / printed - 1) for end in ("smallest", "largest")),
-        f"Where the circle decides, the rule gives {1e3 * (printed - folded['largest']):.0f} to {1e3 * (printed - folded['smallest']):.0f} mm too much. Its limit on x leaves no point of the circle out. Below the lift arm's lowest line the second circle asks for more.",
-    )
-    yield on(
-        "crane-extension-rule",
-        (outer["smallest"] / outer["radius"] - 1).abs().max(),
-        f"The extension slides beside the line from the joint, so that the reach grows by a little less than the stroke: the rule stops up to {1e3 * (outer['radius'] - outer['smallest']).max():.1f} mm short of the point.",
-    )
+    yield from _on_the_tip(on, evidence)
+    yield from _on_the_inverse(on, evidence)
+    yield from _on_the_extension(on, evidence)
 
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
@@ -113,3 +32,60 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
         ("tip of the rigid crane from strokes of the inverse [m]", "inverse", "round_trip"),
     ):
         yield Acceptance(name, evidence[experiment].values(metric).max(), NANOMETRE)
+
+
+def _on_the_tip(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
+    formulas, gains = evidence["formulas"], evidence["gains"]
+    note = "Largest relative miss of the cylinder's length at any posture."
+    yield on("crane-lift-angle", formulas.values("lift"), note)
+    note = "Largest relative miss of the lengths of cylinder, crank and coupler."
+    yield on("crane-jib-angle", formulas.values("jib"), note)
+    note = f"Largest distance from the plane's two rotations, as a share of the reach. The third axis of frame 5 points down in the plane, so that −0.008 is up; taken for down, the tip is {1e3 * formulas.where()['downwards'].max():.0f} mm off."
+    yield on("crane-transforms", formulas.values("transforms"), note)
+    lift, jib = (gains.values("largest", of=name) >= SEVERAL for name in ("lift", "jib"))
+    gain = gains.where().groupby("of")["median"].median()
+    note = f"A millimetre of the lift cylinder moves the tip by {gain['lift']:.0f} mm in the median, a millimetre of the jib cylinder by {gain['jib']:.0f} mm; at the test points by up to {gains.where()['at_tests'].max():.0f} mm."
+    yield on("crane-amplification", lift | jib, note)
+
+
+def _on_the_inverse(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
+    area, inverse = evidence["working_area"], evidence["inverse"]
+    chosen, rows = area.where().iloc[0], inverse.where()
+    note = f"The range of extensions that reach a point is {chosen['span_median']:.2f} m in the median; a tenth of the points have less than {chosen['span_first_decile']:.2f} m, a tenth more than {chosen['span_last_decile']:.2f} m."
+    ours = f"{chosen['several']:.0%} of the working area has several extensions"
+    yield on("crane-redundant", area.values("several") > 0.5, note, ours=ours)
+    note = f"Not for this crane: with an extension given, or the least one, the strokes follow by the law of cosines, and no posture with the elbow up is lost. The other way to bend is its mirror image; {with_range(100 * rows['elbow_down'], '{:.0f}')} % of random strokes have it."
+    missed = (inverse.values("round_trip") >= NANOMETRE) | (inverse.values("lost") > 0)
+    yield on(
+        "crane-no-closed-form", missed, note, ours=f"closed form within {rows['round_trip'].max():.0e} m"
+    )
+    note = f"Given the extension, there are two ways to bend the elbow; the cylinders have both for {with_range(100 * rows['pairs'], '{:.0f}')} % of random strokes, and never more."
+    two = (inverse.values("most") == 2) & (inverse.values("pairs") > 0)
+    yield on(
+        "crane-one-joint-given", two, note, ours=f"{rows['most'].max()} pairs of lift and jib stroke at most"
+    )
+
+
+def _on_the_extension(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
+    area, rules = evidence["working_area"], evidence["rules"].where().set_index("circle")
+    chosen, folded, outer = area.where().iloc[0], rules.loc["folded"], rules.drop("folded")
+    overlooked = area.where(None)[["overlooked", "jib_stroke"]].to_numpy()
+    shares = " and ".join(
+        f"{share:.1%} of the area with a jib stroke of {s2:g} m" for share, s2 in overlooked
+    )
+    note = f"A closed form gives it: a search through all extensions finds none that is shorter. It overlooks {shares}; with the shorter stroke the arms do not fold all the way."
+    least = (area.values("excess") < NANOMETRE) & (area.values("overlooked") == 0)
+    yield on("crane-least-extension", least, note, ours=f"{chosen['excess']:.0e} m longer than the search's")
+    note = "With the radii that the linkage gives. An extension is needed inside the first, outside the third, and outside the second below the lift arm's lowest line."
+    ours = f"wrong in {chosen['disagreement']:.2g} of the working area"
+    yield on("crane-three-circles", area.values("disagreement") == 0, note, ours=ours)
+    note = f"As printed it gives extensions that are wrong by up to {rules['by_squares'].max():.1f} m. The thesis's own rule for the extension is that of the square of a sum, (r + s₃)²."
+    yield on.misprint("crane-circle", note)
+    note = f"The listing's shorter stroke makes it longer. It is least, {chosen['inner_least']:.4f} m, at {chosen['inner_least_at']:.3f} m, where the arms are folded. The printed radius belongs to no end."
+    yield on("crane-inner-radius", area.values("inner_at_end"), note, form="{:.3f}", unit="m")
+    printed = on.printed("crane-inner-radius")
+    off = max(abs(folded[end] / printed - 1) for end in ("smallest", "largest"))
+    note = f"Where the circle decides, the rule gives {1e3 * (printed - folded['largest']):.0f} to {1e3 * (printed - folded['smallest']):.0f} mm too much. Its limit on x leaves no point of the circle out. Below the lift arm's lowest line the second circle asks for more."
+    yield on("crane-inner-rule", off, note)
+    note = f"The extension slides beside the line from the joint, so that the reach grows by a little less than the stroke: the rule stops up to {1e3 * (outer['radius'] - outer['smallest']).max():.1f} mm short of the point."
+    yield on("crane-extension-rule", (outer["smallest"] / outer["radius"] - 1).abs().max(), note)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import itertools
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any, TypeAlias
@@ -24,6 +24,7 @@ from dexterity.crane.positioning import DescentOptions, GeneticInverseOptions, P
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
+from dexterity_study.crane.cases import CRANE, PAPER, Made, Rows, Values, seeded
 from dexterity_study.engine.experiment import experiment
 
 METHODS = ("no compensation", "1 genetic", "1 exact", "2 direct", "3 modular", "4 inverse", "4 any extension")
@@ -31,12 +32,10 @@ METHODS = ("no compensation", "1 genetic", "1 exact", "2 direct", "3 modular", "
 
 NONE, GENETIC, EXACT, DIRECT, MODULAR, INVERSE, FREE = METHODS
 MM = 1e3
-CRANE = {"data": ("robots/patu655.toml",), "rtol": 0.02, "atol": 1e-4}
-TRAINED = {"seeds": 10, "paper": "rouvinen1999", "assumes": ("crane-epochs",), **CRANE}
+LOOSE = {"rtol": 0.02, "atol": 1e-4}
+TRAINED = {"seeds": 10, "assumes": ("crane-epochs",), **PAPER, **LOOSE}
 SMALL = {"epochs": 60}
 
-Rows: TypeAlias = Iterator[dict[str, Any]]
-Values: TypeAlias = Mapping[str, Any]
 Trainer: TypeAlias = Callable[..., FeedForward]
 
 
@@ -49,7 +48,7 @@ def training(seed: int, reading: Values, epochs: int = 0) -> Rows:
     data, networks = training_data(), {}
     for method, (train, x, y) in lessons().items():
         started = time.process_time()
-        own = networks[method] = train(data, _random(seed), epochs=epochs or reading["crane-epochs"])
+        own = networks[method] = train(data, seeded(seed), epochs=epochs or reading["crane-epochs"])
         row = {"method": method, "seconds": time.process_time() - started}
         with torch.no_grad():
             row["left"] = _rms(own(x) - y)
@@ -62,13 +61,11 @@ def training(seed: int, reading: Values, epochs: int = 0) -> Rows:
 
 
 @experiment(keys=("method",), arrays=("distance", "near"), smoke={**SMALL, "generations": 60}, **TRAINED)
-def methods(
-    seed: int, reading: Values, epochs: int = 0, generations: int = 1000
-) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+def methods(seed: int, reading: Values, epochs: int = 0, generations: int = 1000) -> Made:
     """Errors of all methods at the test points; distances by point, and where the search came near enough."""
     task, epochs = positioning.thesis_task(), epochs or reading["crane-epochs"]
     placements = {NONE: positioning.uncompensated(task), **answers(task, seed, epochs)}
-    random, options, spent = _random(seed), GeneticInverseOptions(generations=generations), []
+    random, options, spent = seeded(seed), GeneticInverseOptions(generations=generations), []
 
     def search(own: Task, positions: Tensor) -> Placement:
         spent.append(positioning.genetic_inverse(own, positions, random, options))
@@ -83,17 +80,6 @@ def methods(
     return rows, {"distance": MM * torch.stack(distances).float(), "near": placements[GENETIC].converged}
 
 
-@experiment(keys=("method",), smoke={**SMALL, "points": 40}, **TRAINED)
-def fresh(seed: int, reading: Values, epochs: int = 0, points: int = 500) -> Rows:
-    """Distances at random points, without the method that searches."""
-    task = fresh_task(points)
-    own = answers(task, seed, epochs or reading["crane-epochs"])
-    for method, placement in {NONE: positioning.uncompensated(task), **own}.items():
-        distance = MM * positioning.errors(task, placement).distance.numpy()
-        most = np.quantile(distance, 0.95)
-        yield {"method": method, "mean": distance.mean(), "most": most, "max": distance.max()}
-
-
 @experiment(keys=("method", "tolerance"), smoke=SMALL, **TRAINED)
 def descents(seed: int, reading: Values, epochs: int = 0) -> Rows:
     """Distances and steps of a descent by the error of Eq. 59, in scaled outputs, at which it ends."""
@@ -105,17 +91,17 @@ def descents(seed: int, reading: Values, epochs: int = 0) -> Rows:
         yield {"method": method, "tolerance": tolerance, **shown}
 
 
-@experiment(keys=("given",), seeds=10, smoke={"generations": 60}, **CRANE)
+@experiment(keys=("given",), seeds=10, smoke={"generations": 60}, **CRANE, **LOOSE)
 def branch(seed: int, generations: int = 1000) -> Rows:
     """Median change of a stroke by a search, by the number of individuals that have the present strokes."""
     task = positioning.thesis_task()
     for given in (2, 0):
         options = GeneticInverseOptions(given=given, generations=generations)
-        placement = positioning.genetic_inverse(task, task.targets, _random(seed), options)
+        placement = positioning.genetic_inverse(task, task.targets, seeded(seed), options)
         yield {"given": given, "moved": _moved(task, placement)}
 
 
-@experiment(smoke={"epochs": 5}, **CRANE)
+@experiment(smoke={"epochs": 5}, **CRANE, **LOOSE)
 def formulas(seed: int, epochs: int = 20) -> Rows:
     """Relative deviations of Eqs. 59 to 63 from automatic differentiation, and of Eq. 64 from one network."""
     task, x = positioning.thesis_task(), training_data().rows[:, :4]
@@ -142,8 +128,6 @@ def operations(seed: int, reading: Values, inverse: int = 19, direct: int = 18) 
     backward = 2 + direct * (2 * 2 - 1 + 2 + 1) + 3 * (2 * direct - 1) + 2 * 3
     yield {"answer": scaling + inverse * neuron, "step": direct * neuron + backward}
 
-
-# ---- networks --------------------------------------------------------------------------------------
 
 training_data = cache(crane.training_set)
 
@@ -173,7 +157,7 @@ def _unrestricted_network(_: TrainingSet, generator: torch.Generator, epochs: in
 @cache
 def trained(method: str, seed: int, epochs: int) -> FeedForward:
     """Train the network of a method."""
-    return lessons()[method][0](training_data(), _random(seed), epochs=epochs)
+    return lessons()[method][0](training_data(), seeded(seed), epochs=epochs)
 
 
 def half(both: FeedForward, first: bool) -> FeedForward:
@@ -183,23 +167,6 @@ def half(both: FeedForward, first: bool) -> FeedForward:
     own.output_biases *= first
     own.target_centre *= first
     return own
-
-
-# ---- answers ---------------------------------------------------------------------------------------
-
-
-def fresh_task(count: int, margin: float = 0.15, seed: int = 1000) -> Task:
-    """Draw points inside the working area by a margin [m], with one load each from within the training data's."""
-    model, random = crane.patu655(), np.random.default_rng(seed)
-    found = np.empty((0, 2))
-    corners = margin * np.array([[0, 0], [1, 1], [1, -1], [-1, 1], [-1, -1]])
-    while len(found) < count:
-        drawn = random.uniform((0.0, -4.5), (7.0, 8.0), size=(count, 2))
-        reach = crane.inverse(drawn[:, None] + corners, crane=model)
-        found = np.concatenate([found, drawn[reach.within_limits.all(-1).numpy()]])
-    targets = torch.from_numpy(found[:count])
-    starts = (crane.inverse(targets, crane=model).strokes * 100).round() / 100
-    return Task(targets, torch.from_numpy(random.uniform(50, model.rating, count)), starts, model)
 
 
 def answers(task: Task, seed: int, epochs: int) -> dict[str, Placement]:
@@ -242,10 +209,6 @@ def facts(task: Task, placement: Placement, method: str) -> dict[str, Any]:
 def _moved(task: Task, placement: Placement) -> float:
     """Median over the points of the largest change of a stroke."""
     return float(MM * np.median((placement.strokes - task.starts).abs().amax(-1).numpy()))
-
-
-def _random(seed: int) -> torch.Generator:
-    return torch.Generator().manual_seed(seed)
 
 
 def _rms(miss: Tensor) -> float:

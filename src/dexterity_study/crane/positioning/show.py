@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from dexterity.crane import TEST_PAYLOADS, TEST_POINTS
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.crane.positioning.experiment import GENETIC, METHODS, NONE
+from dexterity_study.crane.positioning.experiment import METHODS, NONE
 from dexterity_study.crane.positioning.verdicts import LEFT_OUT, NAMES, TOLERANCES, at, distance, named
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -23,16 +23,14 @@ def errors(stored: Evidence, live: Table) -> Markup:
     """Set mean and largest distances as the thesis's Table 4.1 has them, ours, and those of a live run."""
     rows = stored["methods"].where()
     ours = over_seeds(rows, "method", {"mean": "mean, ours", "max": "largest, ours"})
+    names = {NONE: "uncompensated", **NAMES}
     for place, (kind, head) in enumerate((("mean", "mean, thesis"), ("max", "largest, thesis"))):
-        own = {method: PAPER.printed(f"crane-{name}-{kind}")[2] for method, name in _PRINTED.items()}
+        own = {method: PAPER.printed(f"crane-{name}-{kind}")[2] for method, name in names.items()}
         ours.insert(2 * place, head, pd.Series(own).map("{:.1f}".format))
     columns = {"mean": "mean, live", "max": "largest, live"}
     ours = ours.join(live.where().set_index("method")[list(columns)].rename(columns=columns))
     asked = {"stopped": "beyond an end, %", "unstopped_mean": "mean if cylinders went on"}
     return show(ours.join(over_seeds(rows.assign(stopped=100 * rows["stopped"]), "method", asked)))
-
-
-_PRINTED = {NONE: "uncompensated", **NAMES}
 
 
 def clouds(stored: Evidence) -> Figure:
@@ -79,45 +77,30 @@ def without(stored: Evidence) -> Markup:
     for method, points in LEFT_OUT.items():
         own = distance(stored, method)
         order = np.argsort(own.max(2), axis=1)[:, :-2, None]
-        rows[f"{method}, all points"] = own
-        rows[f"{method}, without {named(np.flatnonzero(at(*points)))}"] = own[:, ~at(*points)]
-        rows[f"{method}, without the two worst of each seed"] = np.take_along_axis(own, order, axis=1)
-    both = {name: (with_range(own.mean((1, 2))), with_range(own.max((1, 2)))) for name, own in rows.items()}
-    return show(pd.DataFrame.from_dict(both, orient="index", columns=["mean", "largest"]))
-
-
-def harm(stored: Evidence, count: int = 8) -> Markup:
-    """Set the points and loads that method 1 worsens in most seeds: how often, and by how much."""
-    none = distance(stored, NONE)
-    more = (distance(stored, GENETIC) - none).reshape(len(none), -1)
-    share = (more > 0).mean(0)
-    worst = [i for i in np.lexsort((-np.median(more, axis=0), -share))[:count] if share[i] > 0]
-    rows = [(f"{share[i]:.0%}", with_range(more[:, i], "{:.1f}"), none[0].ravel()[i]) for i in worst]
-    index = [f"{named([i // 5])}, {TEST_PAYLOADS[i % 5]:g} kg" for i in worst]
-    return show(pd.DataFrame(rows, index, ["seeds", "error added", "without compensation"]), "{:.1f}")
+        for which, left in (
+            ("all points", own),
+            (f"without {named(np.flatnonzero(at(*points)))}", own[:, ~at(*points)]),
+            ("without the two worst of each seed", np.take_along_axis(own, order, axis=1)),
+        ):
+            rows[f"{method}, {which}"] = with_range(left.mean((1, 2))), with_range(left.max((1, 2)))
+    return show(pd.DataFrame.from_dict(rows, orient="index", columns=["mean", "largest"]))
 
 
 def sweep(stored: Evidence) -> Markup:
     """Set errors and steps of a descent by its tolerance, with the thesis's steps."""
     rows, keys = stored["descents"].where(), ["method", "tolerance"]
-    found = over_seeds(rows, keys, {"mean": "mean error", "max": "largest error"})
-    found = found.join(
-        over_seeds(rows, keys, {"steps": "steps, mean", "most_steps": "steps, most"}, "{:.0f}")
+    errors, steps = (
+        {"mean": "mean error", "max": "largest error"},
+        {"steps": "steps, mean", "most_steps": "steps, most"},
     )
+    found = over_seeds(rows, keys, errors).join(over_seeds(rows, keys, steps, "{:.0f}"))
     printed = {one.id: one.printed for one in PAPER.claims}
     ends = [f"crane-{NAMES[method]}-iterations{TOLERANCES[tolerance]}" for method, tolerance in found.index]
     found["thesis, mean and most"] = [printed.get(claim, "–") for claim in ends]
     return show(found.rename(index="{:g}".format, level="tolerance"))
 
 
-def by_method(stored: Evidence, name: str, **heads: str) -> Markup:
-    """Set metrics of an experiment for each method."""
-    return show(over_seeds(stored[name].where(), "method", heads))
-
-
-def operations(stored: Evidence) -> Markup:
-    """Set operations of an answer of method 4 and of a step of method 2's descent, by how a tangent counts."""
-    rows = stored["operations"].rows.set_index("reading")[["answer", "step"]]
-    return show(
-        rows.rename(index={"chosen": "a tangent as one", "crane-what-counts=five": "by its exponential"})
-    )
+def training(stored: Evidence) -> Markup:
+    """Set what networks miss over their data, and the time of their training."""
+    heads = {"left": "what is left [mm]", "seconds": "training [s]"}
+    return show(over_seeds(stored["training"].where(), "method", heads))

@@ -155,9 +155,6 @@ def _on_all(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     yield on.out_of_scope("crane-useful-accuracy", note)
 
 
-# ---- numbers that verdicts and figures share -------------------------------------------------------
-
-
 def distance(evidence: Evidence, method: str) -> np.ndarray:
     """Return the distances (seeds, points, loads) that a method leaves at the test points [mm]."""
     own = evidence["methods"].array("distance")[:, experiment.METHODS.index(method)]

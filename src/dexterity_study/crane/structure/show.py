@@ -15,8 +15,17 @@ from dexterity import crane
 from dexterity.crane.shape import PARTS, bars
 from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
-from dexterity_study.crane.structure.experiment import BOX, NAMED, STATISTICS, TARGETS, UNTUNED, named
-from dexterity_study.crane.structure.verdicts import nearest_swap, printed, statistics_of
+from dexterity_study.crane.cases import BOX
+from dexterity_study.crane.structure.experiment import (
+    NAMED,
+    STATISTICS,
+    TARGETS,
+    UNTUNED,
+    Flexibilities,
+    named,
+    test_strokes,
+)
+from dexterity_study.crane.structure.verdicts import nearest_swap, printed, statistics_of, swap_statistics
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
@@ -25,14 +34,8 @@ from dexterity_study.page.tables import show
 MAGNIFIED = 10.0
 """Factor of displacements as they are drawn."""
 
-LOOKS = (
-    ("black", 0.05),
-    ("blue", 0.045),
-    ("bluish green", 0.04),
-    ("orange", 0.028),
-    ("reddish purple", 0.03),
-    ("vermillion", 0.03),
-)
+PART_COLORS = ("black", "blue", "bluish green", "orange", "reddish purple", "vermillion")
+PART_RADII = (0.05, 0.045, 0.04, 0.028, 0.03, 0.03)
 TESTED = [name for name in STATISTICS if name not in TARGETS]
 
 
@@ -49,7 +52,7 @@ def scene(point: tuple[float, float] = (6.0, 2.0), frames: int = 25) -> Scene:
     drawn = Scene(title, view_from=(0.3, -1, 0.25))
     unloaded, moving = swaying_bars(point, frames)
     drawn.add_bars("without any weight", unloaded, radius=0.012, color="#94A3B8")
-    for (part, ends), (color, radius) in zip(moving.items(), LOOKS, strict=True):
+    for (part, ends), color, radius in zip(moving.items(), PART_COLORS, PART_RADII, strict=True):
         drawn.add_bars(part, ends[frames // 2], radius=radius, color=color)
         drawn.animate_bars(part, ends, frames_per_second=12)
     return drawn
@@ -65,17 +68,6 @@ def swaying_bars(point: tuple[float, float], frames: int) -> tuple[np.ndarray, d
     return still, {part: moved[:, [name == part for name in own.parts]] for part in PARTS}
 
 
-def checks(stored: Evidence) -> Markup:
-    """Set relative misses of clamped beams, and of the whole structure at rest."""
-    beam = stored["beams"].where()[["force", "own_weight"]].iloc[0].abs()
-    rows = {
-        "clamped beam: sag under a force at its end": beam["force"],
-        "clamped beam: sag under its own weight": beam["own_weight"],
-        "crane: force left at rest, of all weight": stored["at_rest"].where()["residual"].max(),
-    }
-    return show(pd.Series(rows, name="relative error"), "{:.0e}")
-
-
 def linear_statics(stored: Evidence) -> Markup:
     """Set the differences of linear statics from the co-rotational solution."""
     rows = stored["linear_statics"].where().set_index("on")[["mean", "largest"]]
@@ -88,39 +80,27 @@ def rates(stored: Evidence) -> Markup:
     return show(rows.set_axis(["solves per second", "lower quartile", "upper quartile"], axis=1), "{:,.0f}")
 
 
-def shares(stored: Evidence) -> Markup:
-    """Set the share of the stored energy by part."""
-    return show(100 * stored["energies"].where().set_index("part")["share"].rename("energy [%]"), "{:.0f}")
-
-
 def statistics(stored: Evidence, live: Table) -> Markup:
     """Set the six statistics side by side: printed, untuned, fitted, live, co-rotational, and with a swap."""
     ours, fits = statistics_of(stored).droplevel("seed"), stored["fits"].where().set_index("to")
     left, taken, nearest = nearest_swap(stored)
     columns = {
         "printed": printed(),
-        "untuned": fits.loc["untuned", list(STATISTICS)],
+        "untuned": fits.loc["untuned"],
         "fitted": ours.loc["chosen"],
-        "fitted, live": live.where().set_index("to").loc["fitted", list(STATISTICS)],
+        "fitted, live": live.where().set_index("to").loc["fitted"],
         "co-rotational": ours.loc["crane-linear-statics=co-rotational"],
         f"{taken} for {left}": nearest,
     }
-    return show(pd.DataFrame(columns).astype(float).loc[list(STATISTICS)], "{:.1f}")
-
-
-def refits(stored: Evidence) -> dict[str, pd.DataFrame]:
-    """Return the statistics [mm] of all that was fitted again, by what was changed before."""
-    rows = stored["fits"].where()
-    groups = rows[(rows["changed"] != "nothing") & (rows["found"] == True)].groupby("changed", sort=False)  # noqa: E712
-    swapped = pd.DataFrame(stored["swaps"].array("statistics")[0], columns=list(STATISTICS))
-    return {str(name): own[list(STATISTICS)] for name, own in groups} | {"a test point swapped": swapped}
+    return show(pd.DataFrame(columns).loc[list(STATISTICS)].astype(float), "{:.1f}")
 
 
 def ranges(stored: Evidence) -> Markup:
     """Set the ranges of the four statistics that were not fitted, by what was changed before [mm]."""
-    target = {name: f"{value:.1f}" for name, value in printed().items() if name in TESTED}
-    rows = {"printed": {**target, "fits": "–"}}
-    for changed, own in refits(stored).items():
+    refits = stored["fits"].where().query("found == True and changed != 'nothing'")
+    groups = {str(name): own for name, own in refits.groupby("changed", sort=False)}
+    rows = {"printed": {**printed()[TESTED].map("{:.1f}".format), "fits": "–"}}
+    for changed, own in (groups | {"a test point swapped": swap_statistics(stored)}).items():
         spans = {name: f"{own[name].min():.1f}–{own[name].max():.1f}" for name in TESTED}
         rows[changed] = {**spans, "fits": f"{len(own)}"}
     return show(pd.DataFrame.from_dict(rows, orient="index"))
@@ -129,10 +109,15 @@ def ranges(stored: Evidence) -> Markup:
 def fit(stored: Evidence) -> Figure:
     """Draw which pairs of numbers meet either target, and the errors at each test point."""
     fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.6), width_ratios=(2, 3))
-    bending, grounds = (stored["fit_lines"].array(name)[0] for name in ("bending", "ground"))
-    for row, name, look in zip(grounds, ("mean", "largest"), ("-", "--"), strict=True):
-        left.plot(bending, row / 1e6, look, label=f"{name} distance as printed")
+    bending, ground = np.meshgrid(np.linspace(0.85, 1.45, 61), np.linspace(2.6, 4.8, 61))
     untuned = np.array(UNTUNED) / [1, 1e6]
+    scaled = (axis[..., None, None, None] for axis in (bending / untuned[0], ground / untuned[1]))
+    sags = Flexibilities.of(test_strokes(), crane.patu655())
+    distance = 1e3 * np.linalg.norm(sags.errors(*scaled), axis=-1)
+    fields = (distance.mean(axis=(-2, -1)), distance.max(axis=(-2, -1)))
+    for field, look, (name, target) in zip(fields, ("C0-", "C1--"), TARGETS.items(), strict=True):
+        left.contour(bending, ground, field, [target], colors=look[:2], linestyles=look[2:])
+        left.plot([], [], look, label=f"{name} as printed")
     factors = stored["fits"].where(to="fitted")[["first", "second"]].to_numpy(dtype=float)[0]
     left.plot(*untuned * factors, "o", color=COLORS["black"])
     left.plot(*untuned, "x", color=COLORS["black"])
@@ -151,27 +136,15 @@ def fit(stored: Evidence) -> Figure:
     return fig
 
 
-def open_fits(stored: Evidence) -> Figure:
-    """Draw the four statistics that were not fitted over the printed ones, for all fits."""
-    fig, ax = plt.subplots(figsize=(6.8, 3.6))
-    target = pd.Series(printed())[TESTED]
-    for shift, (name, own) in enumerate(refits(stored).items()):
-        off = 100 * (own[TESTED] / target - 1).to_numpy(dtype=float)
-        heights = np.broadcast_to(np.arange(len(TESTED)) + 0.18 * (shift - 1.5), off.shape)
-        ax.plot(off.ravel(), heights.ravel(), "|", ms=9, label=name)
-    ax.axvline(0, color=COLORS["black"], lw=1)
-    ax.set_yticks(range(len(TESTED)), TESTED)
-    ax.set(xlabel="off the printed value [%]")
-    ax.invert_yaxis()
-    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
-    return fig
-
-
-def working_area(stored: Evidence) -> Figure:
+def working_area(spacing: float = 0.05) -> Figure:
     """Draw the deflection at the rating over the working area, and the poses of the training data."""
     fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 5.2), sharex=True, sharey=True)
-    sag = 1e3 * stored["sag_map"].array("deflection")[0]
-    image = left.imshow(sag.T, origin="lower", extent=(*BOX[0], *BOX[1]))
+    x, y = (torch.arange(*sides, spacing, dtype=torch.float64) for sides in BOX)
+    reach = crane.inverse(torch.cartesian_prod(x, y))
+    strokes = torch.where(reach.within_limits[:, None], reach.strokes, 0.0)
+    sag = 1e3 * crane.deflection(strokes, crane.patu655().rating).norm(dim=-1)
+    seen = torch.where(reach.within_limits, sag, torch.nan).reshape(len(x), len(y))
+    image = left.imshow(seen.T.numpy(), origin="lower", extent=(*BOX[0], *BOX[1]))
     left.plot(*np.transpose(crane.TEST_POINTS), "o", mfc="none", color="C1", label="test points")
     training = crane.training_set()
     rigid = (training.tip - training.deflection)[training.payload == training.payload[0]]

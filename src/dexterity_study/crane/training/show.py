@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-import math
-
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.crane.training.experiment import ALL, NETWORKS, ONE, SECOND_ORDER, WAYS
-from dexterity_study.crane.training.verdicts import by_size, history, left, memory, picked
+from dexterity_study.crane.training.experiment import NETWORKS, SECOND_ORDER, WAYS
+from dexterity_study.crane.training.verdicts import by_size, history, memory
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show, with_range
+from dexterity_study.page.tables import show
 
-LOOKS = {"training": "training data", "test": "test points", "fresh": "fresh points"}
-LOOKS["held_out"] = "held-out poses"
-
-
-def equal_time(stored: Evidence) -> Markup:
-    """Set errors after a tenth of the time of Levenberg–Marquardt, after all of it, and in the end."""
-    whole, rows = history(stored, SECOND_ORDER)[0][-1], {}
-    for way in WAYS:
-        errors = [with_range(left(stored, way, time), "{:.2f}") for time in (whole / 10, whole, math.inf)]
-        last = history(stored, way)[0][-1] / whole
-        seconds = stored["times"].where(way=way)["seconds"].item()
-        rows[way] = [f"{1e3 * seconds:.2g}", *errors, f"{last:.2g} times as long"]
-    after = ("after a tenth of the time", "after the same time", "in the end", "which is after")
-    return show(pd.DataFrame.from_dict(rows, orient="index", columns=["a pass or epoch [ms]", *after]))
+LOOKS = {
+    "training": "training data",
+    "test": "test points",
+    "fresh": "fresh points",
+    "held_out": "held-out poses",
+}
 
 
 def descents(stored: Evidence) -> Figure:
@@ -67,30 +56,6 @@ def sizes(stored: Evidence, live: Table) -> Figure:
     panels[0].set(ylabel="mean distance [mm]")
     fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return fig
-
-
-def size_table(stored: Evidence, network: str) -> Markup:
-    """Set mean distances from the truth by the number of neurons."""
-    rows = [stored[name].where(network=network) for name in ("sizes", "rule_size")]
-    tried, rule = (over_seeds(own, "neurons", LOOKS, "{:.2f}") for own in rows)
-    return show(pd.concat([tried, rule.rename(index="{} (Eq. 57)".format)]))
-
-
-def choices(stored: Evidence) -> Markup:
-    """Set what comes of choosing sizes by the thesis's test, by held-out poses, and by other 25 points."""
-    rows, lottery = {}, stored["lottery"].where().set_index(["network", "by"])
-    for name in NETWORKS:
-        for metric in ("test", "held_out"):
-            own = picked(stored, name, metric)
-            errors = [with_range(own[which], "{:.2f}") for which in ("reported", "fresh")]
-            rows[f"{name}, by {LOOKS[metric]}"] = [with_range(own["neurons"]), *errors, own["over"].median()]
-        for by in (ONE, ALL):
-            many = lottery.xs((name, by))
-            reported = f"{many['middle']:.2f} ({many['low']:.2f}–{many['high']:.2f}) of the next column"
-            neurons = with_range(many[["neurons", "fewest", "most"]])
-            rows[f"{name}, by other 25 points, {by}"] = [neurons, reported, "–", many["regret"]]
-    heads = ["neurons", "reported [mm]", "on fresh points [mm]", "over the best there is"]
-    return show(pd.DataFrame.from_dict(rows, orient="index", columns=heads), "{:.2f}")
 
 
 def rules(stored: Evidence) -> Markup:

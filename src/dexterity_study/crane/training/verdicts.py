@@ -10,8 +10,7 @@ import pandas as pd
 
 from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
-from dexterity_study.crane.training import experiment
-from dexterity_study.crane.training.experiment import ALL, NETWORKS, ONE, SECOND_ORDER
+from dexterity_study.crane.training.experiment import AT_ONCE, NETWORKS, SECOND_ORDER, lesson, reported_after
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.tables import with_range
 
@@ -28,32 +27,38 @@ NEAR, LEARNED = 1.1, 0.1
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
     on = Judge("rouvinen1999")
-    yield _on_training(on, evidence)
+    whole = history(evidence, SECOND_ORDER)[0][-1]
+    second = left(evidence, SECOND_ORDER)
+    first, later = (
+        min((left(evidence, mode, time) for mode in AT_ONCE), key=np.median) for time in (whole, math.inf)
+    )
+    numbers = memory(evidence)
+    more = numbers.iloc[3] / numbers.iloc[1]
+    note = f"Left after the same time is {with_range(second, '{:.2f}')} mm, against {with_range(first, '{:.2f}')} mm by the best back-propagation, and {with_range(later, '{:.2f}')} mm if that goes on. With the Jacobian kept it needs {more:.0f} times the numbers of back-propagation in a batch; summed up row by row it needs {numbers.iloc[2]:,}, whatever the data."
+    ours = f"{np.median(first / second):.1f} times less error in the same time"
+    yield on("crane-lm-is-better", (second < first) & (more > 1), note, ours=ours)
+
     thesis = pd.Series({name: on.printed(f"crane-{name}-neurons")[0] for name in NETWORKS})
-    own = pd.DataFrame({name: by_size(evidence).loc[name, thesis[name]] for name in NETWORKS}).T
-    least = by_size(evidence).groupby("network").min()
+    errors, rules = by_size(evidence), evidence["rules"]
+    own = pd.DataFrame({name: errors.loc[name, thesis[name]] for name in NETWORKS}).T
+    least, best = errors.groupby("network").min(), errors["test"].unstack("network").idxmin()
     rule = evidence["rule_size"].where().groupby("network").median(numeric_only=True)
     beyond = own["test"] / least["test"]
-    best = by_size(evidence)["test"].unstack("network").idxmin()
-    regret, lucky = (evidence["lottery"].where(by=by).set_index("network") for by in (ONE, ALL))
-    poses = pd.Series({name: picked(evidence, name, "held_out")["over"].median() for name in NETWORKS})
-    note = f"Of the sizes tried the test error is least with {_both(best, '{:g}')} neurons; with {rule['neurons'].max():.0f} it is {_both(rule['test'] / least['test'])} times that. A size chosen by 25 points has {_both(regret['regret'])} times the error on fresh points of the best size, one chosen by held-out poses {_both(poses)}. But the best of all trainings by 25 points is reported with {_both(lucky['middle'])} of its error elsewhere."
+    note = f"Of the sizes tried the test error is least with {_both(best, '{:g}')} neurons; with {rule['neurons'].max():.0f} it is {_both(rule['test'] / least['test'])} times that. A size chosen by the test has {_both(regret(evidence, 'test'))} times the error on fresh points of the best size, one chosen by held-out poses {_both(regret(evidence, 'held_out'))}."
     ours = f"test error with the thesis's size over the least: {_both(beyond)}"
     yield on("crane-size-by-test-error", dict(beyond <= NEAR), note, ours=ours)
-    counts = evidence["rules"].where(network="direct").iloc[0]
+
+    counts = rules.where(network="direct").iloc[0]
     note = f"It asks for {counts['by_rows']} neurons where the thesis has {_both(thesis, '{:g}')}. Counting poses, since rows of one pose differ by a payload that acts linearly, it asks for {counts['by_poses']}."
     ours = f"held-out error with its size over that with the thesis's: {_both(rule['held_out'] / own['held_out'])}"
     yield on("crane-size-rule", dict(rule["held_out"] <= NEAR * least["held_out"]), note, ours=ours)
-    off, wrong = (
-        own["held_out"] / pd.Series({name: _spread(name) for name in NETWORKS}),
-        evidence["rules"].where()["wrong"],
+
+    off = own["held_out"] / pd.Series({name: _spread(name) for name in NETWORKS})
+    wrong, every = (
+        rules.where()["wrong"],
+        rules.rows.pivot(index="network", columns="reading", values="wrong"),
     )
-    both = (
-        evidence["rules"]
-        .rows.set_index(["reading", "network"])["wrong"]
-        .unstack("reading")
-        .loc[list(NETWORKS)]
-    )
+    both = every.loc[list(NETWORKS), rules.readings]
     needed = both.apply(lambda shares: (shares <= 1) | (off >= LEARNED)).unstack()
     note = f"None of the thesis's networks meets it: their rows would do for more wrong answers than all. Two of them answer held-out poses all the same, with errors of {_both(off, '{:.2g}')} of the spread. The bound is meant for answers of yes and no, and for the worst of all tasks."
     ours = f"share of errors for these rows: {wrong.min():.1f} to {wrong.max():.1f}"
@@ -65,27 +70,10 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:  # noqa: ARG001 -- t
     yield from ()
 
 
-def _on_training(on: Judge, evidence: Evidence) -> Verdict:
-    whole = history(evidence, SECOND_ORDER)[0][-1]
-    second, first, later = (
-        left(evidence, SECOND_ORDER),
-        best_mode(evidence, whole),
-        best_mode(evidence, math.inf),
-    )
-    numbers = memory(evidence)
-    more = numbers.iloc[3] / numbers.iloc[1]
-    note = f"Left after the same time is {with_range(second, '{:.2f}')} mm, against {with_range(first, '{:.2f}')} mm by the best back-propagation, and {with_range(later, '{:.2f}')} mm if that goes on. With the Jacobian kept it needs {more:.0f} times the numbers of back-propagation in a batch; summed up row by row it needs {numbers.iloc[2]:,}, whatever the data."
-    ours = f"{np.median(first / second):.1f} times less error in the same time"
-    return on("crane-lm-is-better", (second < first) & (more > 1), note, ours=ours)
-
-
-# ---- numbers that verdicts and figures share -------------------------------------------------------
-
-
 def history(evidence: Evidence, way: str) -> tuple[np.ndarray, np.ndarray]:
     """Return times [s] and errors (seeds, times), or (seeds, gains, times) by back-propagation."""
     last = int(evidence["descent"].where(way=way)["passes"].iloc[0])
-    passes = np.arange(last + 1) if way == SECOND_ORDER else experiment.told_after(last)
+    passes = np.arange(last + 1) if way == SECOND_ORDER else reported_after(last)
     return passes * evidence["times"].where(way=way)["seconds"].item(), evidence["descent"].array(way)
 
 
@@ -94,11 +82,6 @@ def left(evidence: Evidence, way: str, time: float = math.inf) -> np.ndarray:
     times, errors = history(evidence, way)
     there = errors[..., min(int(np.searchsorted(times, time)), len(times) - 1)]
     return there if way == SECOND_ORDER else there[:, np.median(there, axis=0).argmin()]
-
-
-def best_mode(evidence: Evidence, time: float) -> np.ndarray:
-    """Return the errors (seeds) of the mode of back-propagation that is best after a time."""
-    return min((left(evidence, mode, time) for mode in experiment.AT_ONCE), key=np.median)
 
 
 def memory(evidence: Evidence) -> pd.Series:
@@ -115,15 +98,16 @@ def by_size(evidence: Evidence) -> pd.DataFrame:
     return evidence["sizes"].where().groupby(["network", "neurons"]).median(numeric_only=True)
 
 
-def picked(evidence: Evidence, network: str, metric: str) -> pd.DataFrame:
-    """Return for each seed the size with the least of a metric, and its error on fresh points over the best size's."""
-    rows = evidence["sizes"].where(network=network)
-    own = rows.loc[rows.groupby("seed")[metric].idxmin()].set_index("seed")
-    return own.assign(over=own["fresh"] / rows.groupby("seed")["fresh"].min(), reported=own[metric])
+def regret(evidence: Evidence, metric: str) -> pd.Series:
+    """Return by network the error on fresh points of the size with the least of a metric, over the best size's."""
+    rows = evidence["sizes"].where()
+    runs = rows.groupby(["network", "seed"])
+    chosen = rows.loc[runs[metric].idxmin()].set_index(["network", "seed"])
+    return (chosen["fresh"] / runs["fresh"].min()).groupby("network").median()
 
 
 def _spread(name: str) -> float:
-    truth = experiment.lesson(name)[1]
+    truth = lesson(name)[1]
     return 1e3 * (truth - truth.mean(0)).norm(dim=-1).mean().item()
 
 
