@@ -67,7 +67,7 @@ def loops(seed: int, corotational: int = COROTATIONAL_CORRECTIONS, fresh: int = 
 
 
 @experiment(smoke={"every": 13}, **CRANE, **STEADY)
-def models_apart(seed: int, every: int = 1) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def models_apart(every: int = 1) -> Rows:
     """Distance of the co-rotational sag from the linear one in the test."""
     task = _every(positioning.thesis_task(), every)
     linear, turned = (_ask(sag, task) for sag in (positioning.linear_sag(), positioning.corotational_sag()))
@@ -84,7 +84,8 @@ def exact_methods(
         yield {"method": name, **_judged(method, points, every)}
 
 
-@experiment(seeds=10, keys=("method",), smoke={"neurons": (16,), **FEW, **LITTLE}, **CRANE, **STEADY)
+# A training carries rounding errors on, which differ between processors.
+@experiment(seeds=10, keys=("method",), smoke={"neurons": (16,), **FEW, **LITTLE}, rtol=1e-3, **CRANE)
 def learned_methods(
     seed: int, neurons: Sequence[int] = (28, 40, 80), fresh: int = 5000, every: int = 1, **learning: Any
 ) -> Rows:

@@ -98,7 +98,7 @@ def gains(seed: int, reading: Values, drawn: int = 20_000) -> Rows:
 
 
 @experiment(arrays=("extension", "amplification"), smoke={"spacing": 0.3, "extensions": 33}, **STROKE)
-def working_area(seed: int, reading: Values, spacing: float = 0.06, extensions: int = 321) -> Made:  # noqa: ARG001 -- nothing is drawn
+def working_area(reading: Values, spacing: float = 0.06, extensions: int = 321) -> Made:
     """Search of a grid through all extensions, the least extension, and whether three circles tell it.
 
     Its arrays hold the least extension [m] and the larger gain of lift and jib stroke with it, x by rows.
@@ -142,7 +142,7 @@ def working_area(seed: int, reading: Values, spacing: float = 0.06, extensions: 
 
 
 @experiment(keys=("circle",), smoke={"spacing": 0.3}, **CRANE, **STEADY)
-def rules(seed: int, spacing: float = 0.06) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def rules(spacing: float = 0.06) -> Rows:
     """Radii [m] with which the printed rules are exact, over the points that each circle decides."""
     points, _ = grid(spacing)
     points = points[crane.inverse(points).within_limits]

@@ -120,7 +120,7 @@ def formulas(seed: int, epochs: int = 20) -> Rows:
 
 
 @experiment(paper="rouvinen1999", assumes=("crane-what-counts",), readings=("crane-what-counts=five",))
-def operations(seed: int, reading: Values, inverse: int = 19, direct: int = 18) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def operations(reading: Values, inverse: int = 19, direct: int = 18) -> Rows:
     """Additions and multiplications of an answer of method 4, and of a step of method 2, by hidden neurons."""
     neuron = 2 * 4 + reading["crane-what-counts"] + 2 * 2
     scaling = 2 * 4 + 2 * 2

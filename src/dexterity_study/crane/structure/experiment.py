@@ -47,7 +47,7 @@ STEADY = {"rtol": 1e-6, "atol": 1e-6}
 
 
 @experiment(**CRANE, **STEADY)
-def beams(seed: int, elements: int = 6) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def beams(elements: int = 6) -> Rows:
     """Relative misses of the sag of a clamped beam under a force at its end, and under its own weight, by Eq. 1."""
     nodes = torch.cartesian_prod(torch.linspace(0, 1, elements + 1).double(), torch.zeros(1).double())
     first, one = torch.arange(elements), torch.ones(elements, dtype=torch.float64)
@@ -59,7 +59,7 @@ def beams(seed: int, elements: int = 6) -> Rows:  # noqa: ARG001 -- nothing is d
 
 
 @experiment(**CRANE, **STEADY)
-def at_rest(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def at_rest() -> Rows:
     """Forces left, as a share of all weight, and gaps [m] where test points come to rest; the slowest's Newton steps."""
     crane, strokes = patu655(), test_strokes()
     assembly = Assembly.of(crane)
@@ -108,7 +108,7 @@ def linear_statics(seed: int, judged: int = 3670) -> Rows:
     **PAPER,
     **STEADY,
 )
-def uncompensated(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def uncompensated(reading: Values) -> Rows:
     """Errors [m] without compensation: the point that is wanted less the loaded tip."""
     crane, strokes = _with(patu655(), *reading["crane-fitted-stiffness"]), test_strokes()
     if not reading["crane-beyond-the-end"]:
@@ -131,7 +131,7 @@ def statistics(errors: Any) -> dict[str, float]:
 
 
 @experiment(keys=("changed", "to"), **CRANE, **STEADY)
-def fits(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def fits() -> Rows:
     """Two numbers that meet the targets, with the statistics [mm] that they give, after one change of the crane each.
 
     The numbers are factors of the untuned ones.
@@ -152,7 +152,7 @@ def fits(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
 
 
 @experiment(arrays=("swapped", "statistics"), smoke={"candidates": 3}, **CRANE, **STEADY)
-def swaps(seed: int, candidates: int = 25) -> Made:  # noqa: ARG001 -- nothing is drawn
+def swaps(candidates: int = 25) -> Made:
     """Statistics [mm] with a test point swapped for another one of whole coordinates and a new fit, all that have one.
 
     Points that are swapped are x, y of the point left out, then of the point that is taken.
@@ -243,7 +243,7 @@ def other_structures(own: Structure) -> dict[str, Structure]:
 
 
 @experiment(keys=("x", "y"), smoke={"extensions": 9}, **CRANE, **STEADY)
-def ways(seed: int, extensions: int = 65) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def ways(extensions: int = 65) -> Rows:
     """Least and largest deflection [m] at the rating of the ways to reach each test point that is in reach."""
     crane = patu655()
     s3 = torch.linspace(crane.lower[2], crane.upper[2], extensions, dtype=torch.float64)
@@ -262,7 +262,7 @@ def ways(seed: int, extensions: int = 65) -> Rows:  # noqa: ARG001 -- nothing is
     **PAPER,
     **STEADY,
 )
-def coverage(seed: int, reading: Values, spacing: float = 0.05) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def coverage(reading: Values, spacing: float = 0.05) -> Rows:
     """Training vectors about the points that the text names, and over all points in reach.
 
     `within` and `ways` are shares of the points in reach: with a vector's tip within half a metre, and with two or

@@ -106,7 +106,7 @@ def rule_size(seed: int, epochs: int = 200, sets: int = 400) -> Rows:
     **PAPER,
     **LOOSE,
 )
-def rules(seed: int, reading: Values, hidden: Sequence[int] = (14, 18, 15, 15, 19)) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def rules(reading: Values, hidden: Sequence[int] = (14, 18, 15, 15, 19)) -> Rows:
     """Eqs. 57 and 58 for the thesis's networks, of two outputs each."""
     rows, poses = (len(lesson("direct")[0][:, :columns].unique(dim=0)) for columns in (4, 3))
     names = ("correction", "direct", "modular, rigid", "modular, rest", "inverse")

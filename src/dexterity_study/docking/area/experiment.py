@@ -51,7 +51,7 @@ def closed_form(seed: int, reading: Values, configurations: int = 20_000) -> Row
 
 
 @experiment(keys=("run",), **BY_TOOL, **cases.OF_LEDGER)
-def runs(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def runs(reading: Values) -> Rows:
     """Area manipulability at the poses of Table 3 [m³]."""
     arm, tool = cases.arm_of(reading), TOOLS[reading["tool-orientation"]]
     areas = docking.area_manipulability(arm, cases.printed_poses(), docking.square(0.2), tool)
@@ -59,7 +59,7 @@ def runs(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is draw
 
 
 @experiment(keys=("corner",), **BY_TOOL, **cases.OF_LEDGER)
-def angles(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def angles(reading: Values) -> Rows:
     """Angles of Table 4 less those of the nearest branch [rad], and how far they put the tool off the corner [m]."""
     arm, pose = cases.arm_of(reading), cases.printed_poses()[0]
     for corner, point in cases.CORNERS.items():
@@ -72,7 +72,7 @@ def angles(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is dr
 
 
 @experiment(keys=("pose",), arrays=("w",), smoke={"per_side": 9}, **BY_TOOL, **cases.OF_LEDGER)
-def maps(seed: int, reading: Values, per_side: int = 101) -> tuple[list[Any], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def maps(reading: Values, per_side: int = 101) -> tuple[list[Any], dict[str, Any]]:
     """Shares of the task area with at least half of the largest w and with none; every other point of the maps."""
     poses = {"first run": cases.printed_poses()[0], "ill placed": cases.printed("ill-placed-pose")}
     points, half = docking.square(0.2, per_side), (per_side + 1) // 2

@@ -65,7 +65,7 @@ def three_subproblems(seed: int, poses: int = 200_000) -> Rows:
 
 
 @experiment(arrays=("short", "apart"), **OF_DATA, **ROUNDING)
-def border(seed: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def border() -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Difference of the stated arm's two elbows [rad], and how far the border is [m], as it stretches."""
     short, elbows = stretching(robots.docking_arm())
     apart = _apart(elbows[:, 0], elbows[:, 1])

@@ -128,7 +128,8 @@ def front(
         }
 
 
-@experiment(readings=OTHERS, smoke={"climbs": 1, **COARSE}, **OF_CASE)
+# Where a climb ends depends on rounding, which differs between processors.
+@experiment(readings=OTHERS, smoke={"climbs": 1, **COARSE}, unsteady=("evaluations",), **OF_CASE)
 def gradients(seed: int, reading: Values, climbs: int = 100, **grids: Any) -> Rows:
     """Share of allowed poses that are flat, and climbs by L-BFGS-B in a box of the group from random ones."""
     problem = problem_of(reading)
@@ -164,7 +165,7 @@ def peers(seed: int, reading: Values, generations: int = 500) -> Rows:
 
 
 @experiment(keys=("run",), readings=OTHERS, **{**OF_CASE, **cases.OF_LEDGER})
-def table_3(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def table_3(reading: Values) -> Rows:
     """What the seven printed poses are worth."""
     problem, poses = problem_of(reading), cases.printed_poses()
     columns = (problem.area_manipulability(poses), problem.distance(poses), problem.allows(poses))
@@ -173,7 +174,7 @@ def table_3(seed: int, reading: Values) -> Rows:  # noqa: ARG001 -- nothing is d
 
 
 @experiment(**cases.OF_LEDGER, **cases.ROUNDING)
-def printed_fitness(seed: int, headings: int = 73) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def printed_fitness(headings: int = 73) -> Rows:
     """Weights that come nearest to the printed fitness, whatever the heading at the start."""
     fitness, dexterity = map(cases.printed, ("fitness-of-runs", "area-manipulability-of-runs"))
     poses, arm = cases.printed_poses(), robots.docking_arm()

@@ -120,7 +120,7 @@ def judged(seed: int, effort: Effort = UNTOUCHED) -> Rows:
 
 
 @experiment(keys=("index", "kind"), **OF_NETWORKS)
-def cards(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def cards() -> Rows:
     """Cards of the networks that come with the package; times are quartiles in C [ns per configuration]."""
     for index, kind in product(INDICES, KINDS):
         card = files.load_shipped(shipped_name(index, kind)).card

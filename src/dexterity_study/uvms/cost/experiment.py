@@ -37,7 +37,7 @@ _COSINE = (sympy.exp(_exponent) + sympy.exp(-_exponent)) / _divisor
 
 
 @experiment(keys=("what", "form"), assumes=("neurons-behind-the-count",), smoke={"expand": False}, **PAPER)
-def counts(seed: int, reading: Mapping[str, Any], expand: bool = True) -> Iterator[Row]:  # noqa: ARG001 -- nothing is drawn
+def counts(reading: Mapping[str, Any], expand: bool = True) -> Iterator[Row]:
     """Additions and multiplications of exact forms and of the printed networks."""
     chain = symbolic_uvms()
     derived = {name: symbolic.derive(chain, index) for name, index in INDICES.items()}
@@ -89,7 +89,7 @@ def counts(seed: int, reading: Mapping[str, Any], expand: bool = True) -> Iterat
 
 
 @experiment(**OF_DATA)
-def algebra(seed: int) -> Iterator[Row]:  # noqa: ARG001 -- nothing is drawn
+def algebra() -> Iterator[Row]:
     """Whether Eqs. 22 and 23 are identities, and whether the singular values can be written with roots.
 
     The Galois group is that of det(JJᵀ − λI) at one configuration, where the tangents of half the joint angles are

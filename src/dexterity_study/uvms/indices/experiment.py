@@ -137,7 +137,7 @@ def conditioning(seed: int, configurations: int = 2000) -> Iterator[Row]:
 @experiment(
     keys=("motion",), arrays=("angle", "w", "kci"), smoke={"samples": 19}, **kinematics.ROUNDING, **OF_DATA
 )
-def motions(seed: int, samples: int = 181) -> tuple[list[dict[str, Any]], dict[str, Any]]:  # noqa: ARG001 -- nothing is drawn
+def motions(samples: int = 181) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Measure w and the spatial KCI along motions through a singularity."""
     chain = robots.uvms()
     rows, curves = [], []

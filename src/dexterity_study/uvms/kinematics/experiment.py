@@ -89,7 +89,7 @@ def changes_of_w(seed: int, reading: Mapping[str, Any], configurations: int = 20
     readings=("link-lengths=swapped", "base-link-height=0.1", "base-link-height=0.2", "base-link-height=0.3"),
     **PAPER,
 )
-def at_home(seed: int, reading: Mapping[str, Any]) -> Iterator[Row]:  # noqa: ARG001 -- nothing is drawn
+def at_home(reading: Mapping[str, Any]) -> Iterator[Row]:
     """The tool point at home against Eq. 4 [m], and w there."""
     l2, l3 = reading["link-lengths"]
     l1, y_MB = reading["base-link-height"], reading["arm-mount"]

@@ -57,7 +57,7 @@ SMALL_CASES = (
 
 
 @experiment(seeds=(SEED_OF_RANGES,), keys=("index",), data=OF_DATA["data"])
-def values(seed: int) -> Rows:  # noqa: ARG001 -- nothing is drawn
+def values() -> Rows:
     """Joints that vary in the space of each index, from 1."""
     for name, index in INDICES.items():
         inputs = varying(sampling.uvms_space(index.name))

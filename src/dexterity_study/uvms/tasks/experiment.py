@@ -26,7 +26,7 @@ RANDOM = {"seeds": 50, "smoke": {"count": 20}, **ROUNDING, **OF_DATA}
 
 
 @experiment(keys=("index",), **OF_DATA)
-def table(seed: int) -> Iterator[Row]:  # noqa: ARG001 -- nothing is drawn
+def table() -> Iterator[Row]:
     """Tasks of Table 1 that go with each index."""
     listed = [task for task in tasks.TASKS.values() if "Table 1" in task.where]
     for index in ("manipulability", "kinematic_conditioning"):

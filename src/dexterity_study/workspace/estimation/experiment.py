@@ -125,7 +125,14 @@ def trainings(
     return made, {"left_of_entries": left}
 
 
-@experiment(keys=("optimiser", "head"), arrays=HEADS, smoke={"rows": 300, "count": 1}, **TOLERANCES)
+# A curve of one epoch rises or not by rounding, which differs between processors.
+@experiment(
+    keys=("optimiser", "head"),
+    arrays=HEADS,
+    smoke={"rows": 300, "count": 1},
+    unsteady=("rises",),
+    **TOLERANCES,
+)
 def optimisers(seed: int, rows: int = 20_000, count: int = 12) -> Made:
     """The paper's way with each optimiser; arrays have the epochs of a head, then its validation losses."""
     sets = confidence, jacobians = _sets((rows, rows), 0, dynamics=True)
