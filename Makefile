@@ -33,6 +33,8 @@ export PYTHONNOUSERSITE        := 1
 export JUPYTER_PREFER_ENV_PATH := 1
 export JUPYTER_PLATFORM_DIRS   := 1
 export IPYTHONDIR              := $(abspath $(VENV))/ipython
+# Packages are compiled when they are first imported, and kept so: some machines are told not to keep them.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help book chapter test lint check evidence stale accept networks bench serve lock clean distclean
 
@@ -41,7 +43,6 @@ help:  ## this list
 
 # ---- the environment: made once, and again when the lock or pyproject.toml changes ----
 
-# Python compiles a module when it is first imported; to compile all modules of all packages takes longer.
 INSTALL := $(IN)/python -m pip --disable-pip-version-check --no-input install --no-compile --progress-bar off
 # Of pip's many lines, one for every 25 packages.
 COUNTED := awk '/^Collecting |^Requirement already/ { if (++seen % 25 == 0) print "  " seen " packages" } /^Installing coll/ { print "  installing" } { fflush() }'
@@ -76,7 +77,7 @@ serve:  ## serve the built book on 127.0.0.1 (PORT=8000)
 # ---- checks ----
 
 test: $(FULL_ENV)  ## run the tests (T=tests/test_chain.py for some)
-	@$(IN)/python -m pytest $(or $(T),tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile)
+	@$(IN)/python -m pytest $(or $(T),tests --ignore=tests/book --ignore=tests/benchmarks --numprocesses auto --dist loadfile --no-loadscope-reorder)
 
 check: $(FULL_ENV) book  ## check verdicts, stored results, and the built book in a real browser
 	@$(EVIDENCE) probe

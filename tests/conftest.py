@@ -44,6 +44,14 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("repeatable")
 
 
+LONG = ("test_evidence_runs.py", "test_wheel.py", "test_build.py", "test_design.py")
+"""Files that take minutes. They start first, so that no core waits for the last one of them."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.path.name not in LONG)
+
+
 @pytest.fixture(autouse=True)
 def _repeatable_type_checks() -> None:
     """Seed the generator by which beartype picks the one item of a sequence that it looks at."""

@@ -1,7 +1,14 @@
 """Which files decide that a page has to be executed again."""
 
-import pytest
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
 
+import pytest
+from packaging.requirements import Requirement
+
+from dexterity import store
 from dexterity_study.page.dependencies import dependencies, imported_modules
 
 CHAPTER = """
@@ -58,3 +65,37 @@ def test_chapter_that_names_no_module_does_not_depend_on_the_sources_of_others()
 )
 def test_imports_of_cells(code: str, modules: set[str]) -> None:
     assert imported_modules(code) == modules
+
+
+CHAPTERS_ALONE = """
+import sys
+
+sys.modules.update(dict.fromkeys(sys.argv[1:]))  # an import of these fails
+
+import importlib
+import pkgutil
+import dexterity_study
+from dexterity_study.engine.evidence import chapters
+
+for chapter in chapters():
+    package = importlib.import_module(f"dexterity_study.{chapter}")
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{package.__name__}.{module.name}")
+"""
+
+
+def test_pages_need_none_of_what_only_evidence_needs() -> None:
+    project = tomllib.loads((store.repository() / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    only = {
+        Requirement(line).name.replace("-", "_")
+        for extra in ("evidence", "distributed", "onnx")
+        for line in extras[extra]
+    } - {Requirement(line).name.replace("-", "_") for line in extras["book"]}
+    owners = metadata.packages_distributions()
+    blocked = [name for name, own in owners.items() if only & {one.replace("-", "_") for one in own}]
+    assert {"xgboost", "lightgbm", "distributed", "onnx"} <= set(blocked)
+    done = subprocess.run(
+        [sys.executable, "-c", CHAPTERS_ALONE, *blocked], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from lightgbm import LGBMClassifier
 from numpy.typing import NDArray
 from sklearn import clone, metrics
 from sklearn.ensemble import AdaBoostClassifier, RandomForestClassifier
@@ -24,7 +23,6 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.svm import SVC, LinearSVC
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 from torch import Tensor
-from xgboost import XGBClassifier
 
 from dexterity.workspace import dataset, training
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Scaling
@@ -39,6 +37,18 @@ class Method(NamedTuple):
     model: Any
 
 
+def _xgboost() -> Any:
+    from xgboost import XGBClassifier  # the book does without it
+
+    return XGBClassifier(max_depth=1, n_estimators=100, learning_rate=0.1, n_jobs=1)
+
+
+def _lightgbm() -> Any:
+    from lightgbm import LGBMClassifier  # the book does without it
+
+    return LGBMClassifier(n_jobs=1, verbosity=-1)
+
+
 CLASSIFIERS: Mapping[str, Method] = {
     "SVM(RBF)": Method("svm-radial", SVC(kernel="rbf", gamma="auto")),
     "SVM(Sigmoid)": Method("svm-sigmoid", SVC(kernel="sigmoid", gamma="auto")),
@@ -51,8 +61,8 @@ CLASSIFIERS: Mapping[str, Method] = {
     "Decision Tree": Method("decision-tree", DecisionTreeClassifier()),
     "Random Forest": Method("random-forest", RandomForestClassifier(n_estimators=10)),
     "AdaBoosted DT": Method("boosted-trees", AdaBoostClassifier(n_estimators=50)),
-    "XGboost": Method("xgboost", XGBClassifier(max_depth=1, n_estimators=100, learning_rate=0.1, n_jobs=1)),
-    "LightGBM": Method("lightgbm", LGBMClassifier(n_jobs=1, verbosity=-1)),
+    "XGboost": Method("xgboost", _xgboost),
+    "LightGBM": Method("lightgbm", _lightgbm),
 }
 """Methods of Table VI except the networks."""
 
@@ -95,7 +105,7 @@ Rows = Iterator[dict[str, Any]]
 
 def seeded(method: Method, seed: int) -> Any:
     """Return an untrained model, with a seed for what it draws."""
-    model = clone(method.model)
+    model = method.model() if callable(method.model) else clone(method.model)
     return model.set_params(random_state=seed) if "random_state" in model.get_params() else model
 
 
