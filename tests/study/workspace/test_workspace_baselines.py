@@ -42,7 +42,7 @@ def test_methods_have_the_settings_that_the_ledger_assumes():
         for table in (experiment.CLASSIFIERS, experiment.REGRESSORS)
     )
     assert methods["LightGBM"].random_state == others["Decision Tree"].random_state == 7
-    assert experiment.CLASSIFIERS["LightGBM"].model.random_state is None
+    assert experiment.REGRESSORS["Decision Tree"].model.random_state is None
     settings = {
         "Random Forest": {"n_estimators": 10},
         "AdaBoosted DT": {"n_estimators": 50},
