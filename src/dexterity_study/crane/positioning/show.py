@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from torch import Tensor
 
 from dexterity.crane import TEST_PAYLOADS, TEST_POINTS
 from dexterity_study.claims.ledger import load_paper
@@ -17,6 +18,12 @@ from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, with_range
 
 PAPER = load_paper("rouvinen1999")
+
+
+def means(errors: Tensor) -> Markup:
+    """Set mean errors along x, along y and in distance (3) [m] in millimetres."""
+    millimetres = 1e3 * errors.numpy()
+    return show(pd.Series(millimetres, ["along x", "along y", "distance"], name="mean error [mm]"), "{:.1f}")
 
 
 def errors(stored: Evidence, live: Table) -> Markup:

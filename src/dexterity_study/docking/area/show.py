@@ -5,6 +5,7 @@ from __future__ import annotations
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
+from torch import Tensor
 
 from dexterity.scenes.colors import COLORS
 from dexterity_study.claims.ledger import load_paper
@@ -17,6 +18,11 @@ from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 
 AREA = (-0.2, 0.2, -0.2, 0.2)
+
+
+def at_corners(w: Tensor) -> Markup:
+    """Set the largest w [m³] at the four corners (4), in the order of `docking.square`."""
+    return show(pd.Series(w.numpy(), list("KLNM"), name="largest w [m³]"), "{:.4f}")
 
 
 def by_arm(table: Table) -> pd.DataFrame:

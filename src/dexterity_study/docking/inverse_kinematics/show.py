@@ -44,6 +44,11 @@ def round_trips(stored: Evidence, live: Table) -> Markup:
     return show(pd.concat([errors, 100 * rows[list(heads)].rename(columns=heads), values], axis=1), "{:.4g}")
 
 
+def both_angles(angles: Tensor) -> Markup:
+    """Set the two solutions (2) [rad] of a subproblem in degrees."""
+    return show(pd.Series(torch.rad2deg(angles).numpy(), ["first", "second"], name="angle [°]"), "{:.2f}")
+
+
 def counts(stored: Evidence) -> Markup:
     """Set shares [%] of the poses by number of branches, and by number of those within the limits."""
     rows = 100 * stored["round_trips"].where().set_index("arm")

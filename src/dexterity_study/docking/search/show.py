@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from torch import Tensor
 
 from dexterity import docking
-from dexterity.docking import DockingProblem
+from dexterity.docking import Docking, DockingProblem
 from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
 from dexterity.search import GeneticSearch
@@ -64,6 +64,13 @@ def shares(stored: Evidence) -> Figure:
     ax.set(xlabel="share of the seeds", ylabel="fitness, of the true optimum [%]")
     ax.legend()
     return fig
+
+
+def best_pose(run: Docking) -> Markup:
+    """Set the pose that one run has found, and what it is worth."""
+    facts = dict(zip(("x [m]", "y [m]", "z [m]", "ψ [rad]"), run.pose.tolist(), strict=True))
+    facts |= {"M_a [m³]": run.area_manipulability, "D [m]": run.distance, "fitness": run.fitness}
+    return show(pd.Series(facts, name="best pose"), "{:.3f}")
 
 
 def runs(stored: Evidence) -> Markup:

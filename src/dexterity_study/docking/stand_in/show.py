@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pandas as pd
+from torch import Tensor
 
 from dexterity.timing import Timing, ratio
 from dexterity_study.docking.area.show import by_arm
@@ -11,6 +12,12 @@ from dexterity_study.docking.stand_in.experiment import FIRST
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
+
+
+def quarter_turns(values: Tensor) -> Markup:
+    """Set M_a [m³] of four poses after no, one, two and three quarter turns (4, 4)."""
+    table = pd.DataFrame(values.numpy(), ["no turn", "one", "two", "three"], list("abcd"))
+    return show(table, "{:.4f}")
 
 
 def errors(stored: Evidence) -> Markup:

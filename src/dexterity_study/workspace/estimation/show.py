@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity.scenes.colors import COLORS
+from dexterity.workspace.jacobian_net import Estimate, JacobianNet
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -18,6 +19,17 @@ from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.workspace.estimation import experiment as ways
 from dexterity_study.workspace.estimation.experiment import HEADS, RATES, THRESHOLDS, WAYS
 from dexterity_study.workspace.estimation.verdicts import with_constants
+
+
+def untrained(network: JacobianNet, estimate: Estimate) -> Markup:
+    """Set the size of an untrained network, and of its estimate for some poses."""
+    facts = {
+        "parameters of the paper's size": network.parameter_count,
+        "confidences": tuple(estimate.confidence.shape),
+        "Jacobians": tuple(estimate.jacobian.shape),
+        "poses that pass": int(estimate.mask.sum()),
+    }
+    return show(pd.Series(facts, name="untrained network"))
 
 
 def changes(table: Table) -> Markup:
