@@ -17,7 +17,7 @@ import pandas as pd
 from dexterity_study.claims.ledger import Claim, load_paper
 from dexterity_study.claims.outcome import Outcome, Verdict
 from dexterity_study.engine.readings import Assumption
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 FEW, HALF, MOST = 0.1, 0.5, 0.9
 """Shares of the seeds up to which a statement is refuted, from which it is in shape, and is reproduced."""

@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeVar
 
 from dexterity import store
 from dexterity_study.engine import readings, strict
+from dexterity_study.page.numbers import power_of_ten
 
 Printed = float | tuple[float, ...]
 """A printed number, or several."""
@@ -73,11 +74,8 @@ class _Entry:
         """Write a number with as many decimals as the paper prints, without its unit."""
         if self.rounding != 0:
             return f"{value:.{max(0, -_last_place(self.rounding))}f}"
-        mantissa, _, exponent = f"{value:.12g}".partition("e")
-        return f"{mantissa} × 10{str(int(exponent)).translate(_SUPERSCRIPTS)}" if exponent else mantissa
-
-
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+        text = f"{value:.12g}"
+        return power_of_ten(text) if "e" in text else text
 
 
 def _last_place(rounding: float) -> int:

@@ -1,4 +1,4 @@
-"""Verdicts on pages: of a chapter, of all papers, and how many came out how."""
+"""Verdicts and assumptions on the page of a chapter; verdicts come from stored evidence, the same on every page."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import importlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import cache
-from html import escape
 
-from dexterity_study.claims.judge import RULES, WORDS
 from dexterity_study.claims.ledger import Claim, Paper, load_papers
 from dexterity_study.claims.outcome import Outcome, Verdict
 from dexterity_study.engine.evidence import Evidence, chapters
 from dexterity_study.engine.readings import Assumption
-from dexterity_study.page.markup import Cell, Markup, element, table
+from dexterity_study.page.markup import Cell, Markup, element, folded, inline, table
+
+SHOWN_ASSUMPTIONS = 3
+"""Assumptions of a chapter that are not folded."""
+
+_PAGES = {"workspace.baselines": "workspace/estimation", "workspace.timing": "workspace/puma"}
+"""Pages of the chapters that share one."""
 
 
 @cache
@@ -26,6 +30,16 @@ def chapter_verdicts(chapter: str) -> tuple[Verdict, ...]:
 def all_verdicts() -> tuple[Verdict, ...]:
     """Return the verdicts of all chapters."""
     return tuple(verdict for chapter in chapters() for verdict in chapter_verdicts(chapter))
+
+
+def by_claim(verdicts: Iterable[Verdict]) -> dict[tuple[str, str], Verdict]:
+    """Return verdicts by the key of the paper and the id of the claim."""
+    return {(one.paper, one.claim): one for one in verdicts}
+
+
+def page_of(chapter: str) -> str:
+    """Return the page of the book that shows a chapter, such as `uvms/kinematics`."""
+    return _PAGES.get(chapter, chapter.replace(".", "/"))
 
 
 def faults(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> tuple[str, ...]:
@@ -43,149 +57,125 @@ def faults(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> tuple[str, .
     )
 
 
-def verdict_table(chapter: str) -> Markup:
-    """Set the claims of a chapter with their verdicts, a table for each paper."""
-    verdicts = _by_claim(chapter_verdicts(chapter))
-    tables = []
+def answer(*claims: str) -> Markup:
+    """Set the answer box of a chapter: claims by id, the paper's number against ours, and the verdict.
+
+    Raises
+    ------
+    ValueError
+        If no paper has such a claim.
+    """
+    verdicts, entries = by_claim(all_verdicts()), _entries()
+    unknown = [name for name in claims if name not in entries]
+    if unknown:
+        raise ValueError(f"no paper claims {', '.join(unknown)}")
+    rows = (
+        claim_line(entry, verdicts[paper.key, entry.id], f"#claim-{entry.id}")
+        for paper, entry in map(entries.__getitem__, claims)
+    )
+    return Markup(element("ul", "".join(rows), css_class="answer"))
+
+
+def claim_line(claim: Claim, verdict: Verdict, link: str, **attributes: str) -> str:
+    """Set a claim as an item of a list: its verdict, what it says, the paper's number against ours."""
+    chip = element("a", verdict.outcome, css_class=chip_class(verdict.outcome), href=link)
+    numbers = ", ".join(
+        f"{whose}: {value}" for whose, value in (("paper", claim.printed), ("ours", verdict.ours)) if value
+    )
+    small = element("small", inline(numbers)) if numbers else ""
+    return element("li", f"{chip} {element('span', inline(claim.says) + small)}", **attributes)
+
+
+def verdict_table(*names: str) -> Markup:
+    """Set the claims of a page's chapters, a table for each paper.
+
+    Headline claims and all that is not reproduced come first; the others are folded.
+    """
+    verdicts = by_claim(verdict for name in names for verdict in chapter_verdicts(name))
+    parts = []
     for paper in load_papers():
         judged = [claim for claim in paper.claims if (paper.key, claim.id) in verdicts]
-        if judged:
-            tables.append(_claim_table(paper, judged, verdicts))
-    return Markup("\n".join(tables))
-
-
-def scorecard() -> Markup:
-    """Set all claims of the papers with their verdicts, under a line that counts them."""
-    verdicts = _by_claim(all_verdicts())
-    parts = [
-        _count_line(paper, verdicts) + _claim_table(paper, paper.claims, verdicts) for paper in load_papers()
-    ]
+        shown = [claim for claim in judged if _is_shown(paper, claim, verdicts[paper.key, claim.id])]
+        others = [claim for claim in judged if claim not in shown]
+        target = f"../reference/scorecard_{paper.letter.lower()}.html"
+        if shown:
+            parts.append(claim_table(paper, shown, verdicts, target))
+        if others:
+            summary = f"Paper {paper.letter}: {_count(len(others), 'claim')} that came out as printed, or cannot be computed"
+            parts.append(folded(summary, claim_table(paper, others, verdicts, target)))
     return Markup("\n".join(parts))
 
 
-def summary() -> Markup:
-    """Count the claims of each paper by what became of them."""
-    counts = {
-        paper: Counter(one.outcome for one in all_verdicts() if one.paper == paper.key)
-        for paper in load_papers()
-    }
-    rows = {
-        f"summary-{outcome.replace(' ', '-')}": [
-            Cell(outcome, css_class=_css(outcome)),
-            *(Cell(str(count[outcome])) for count in counts.values()),
-        ]
-        for outcome in Outcome
-    }
-    columns = ("Verdict", *(f"Paper {paper.letter}" for paper in counts))
-    return Markup(table("How many claims came out how", columns, rows))
-
-
-def headlines() -> Markup:
-    """Set the headline claims of each paper with their verdicts."""
-    verdicts = _by_claim(all_verdicts())
-    parts = (
-        _claim_table(paper, map(paper.claim, paper.headlines), verdicts, "headline")
-        for paper in load_papers()
-    )
-    return Markup("\n".join(parts))
-
-
-def rule_book() -> Markup:
-    """Set what each word means, and what each rule needs."""
-    words = {
-        f"word-{word.replace(' ', '-')}": [Cell(word, css_class=_css(word)), Cell(says)]
-        for word, says in WORDS.items()
-    }
-    rules = {f"rule-{rule}": [Cell(rule), Cell(says)] for rule, says in RULES.items()}
-    return Markup(
-        table("What each word means", ("Verdict", "Meaning"), words)
-        + table("What each kind of claim needs", ("Claim", "Rule"), rules)
-    )
-
-
-def own_thresholds() -> Markup:
-    """Set the claims whose distance for "in shape" differs from the rule book's, with reason and day."""
-    rows = {
-        f"near-{claim.id}": [
-            Cell(claim.says, f"Paper {paper.letter}, {claim.where}"),
-            Cell(claim.with_unit(f"{claim.near.within:g}")),
-            Cell(claim.near.why, claim.near.set.isoformat()),
-        ]
-        for paper in load_papers()
-        for claim in paper.claims
-        if claim.near is not None
-    }
-    return Markup(table("Thresholds of their own", ("Claim", "In shape within", "Reason"), rows))
-
-
-def settings_table() -> Markup:
-    """Set what the authors chose, a table for each paper."""
-    tables = []
-    for paper in load_papers():
-        rows = {
-            f"setting-{one.id}": [Cell(one.says, one.where), Cell(one.printed), Cell(one.note)]
-            for one in paper.settings
-        }
-        if rows:
-            caption = f"Paper {paper.letter}: what the authors chose"
-            tables.append(table(caption, ("Setting", "Value", "Remark"), rows))
-    return Markup("\n".join(tables))
-
-
-def assumption_table(chapter: str | None = None) -> Markup:
-    """Set the assumptions that the papers force on a reader, a table for each paper; of one chapter if it is named."""
-    columns = ("Missing", "Chosen", "Why", "Others")
-    tables = []
-    for paper in load_papers():
-        chosen = [one for one in paper.assumptions if chapter in (None, one.chapter)]
-        if chosen:
-            rows = {f"assumption-{one.id}": _assumption_cells(one) for one in chosen}
-            tables.append(table(f"Paper {paper.letter}: what had to be assumed", columns, rows))
-    return Markup("\n".join(tables))
-
-
-def _assumption_cells(one: Assumption) -> list[Cell]:
-    others = "; ".join(f"{other.name} ({other.origin})" for other in one.alternatives)
-    return [
-        Cell(one.missing, f"{one.where}; matters to {one.chapter}"),
-        Cell(one.chosen, f"origin: {one.origin}"),
-        Cell(one.why, f"set on {one.set.isoformat()}, {one.relative} the results"),
-        Cell(others or "–"),
-    ]
-
-
-def _by_claim(verdicts: Iterable[Verdict]) -> dict[tuple[str, str], Verdict]:
-    return {(one.paper, one.claim): one for one in verdicts}
-
-
-def _claim_table(
-    paper: Paper, claims: Iterable[Claim], verdicts: dict[tuple[str, str], Verdict], anchor: str = "claim"
+def claim_table(
+    paper: Paper, claims: Iterable[Claim], verdicts: dict[tuple[str, str], Verdict], target: str = ""
 ) -> str:
-    rows = {f"{anchor}-{one.id}": _claim_cells(one, verdicts[paper.key, one.id]) for one in claims}
+    """Set claims of a paper with their verdicts; each links to its row on a page, by default its chapter's."""
+    rows = {}
+    for claim in claims:
+        verdict = verdicts[paper.key, claim.id]
+        link = f"{target or f'../{page_of(claim.chapter)}.html'}#claim-{claim.id}"
+        flips = f"Flipped by {', '.join(verdict.flips)}" if verdict.flips else ""
+        note = ". ".join(filter(None, [claim.where, verdict.sentence.rstrip("."), verdict.readings, flips]))
+        rows[f"claim-{claim.id}"] = [
+            Cell(claim.says, f"{note}.", "headline" if claim.id in paper.headlines else ""),
+            Cell(claim.printed),
+            Cell(verdict.ours, verdict.spread),
+            Cell(verdict.outcome, "", chip_class(verdict.outcome), link),
+        ]
     return table(f"Paper {paper.letter}: {paper.title}", ("Claim", "Paper", "Ours", "Verdict"), rows)
 
 
-def _claim_cells(claim: Claim, verdict: Verdict) -> list[Cell]:
-    flips = f"Flipped by {', '.join(verdict.flips)}" if verdict.flips else ""
-    note = ". ".join(filter(None, [verdict.sentence.rstrip("."), verdict.readings, flips]))
+def assumption_table(*names: str) -> Markup:
+    """Set the assumptions that the papers force on a reader, those that change verdicts first; of all chapters if none is named.
+
+    Of a chapter only the first few are not folded.
+    """
+    flips = Counter(
+        part.partition("=")[0]
+        for one in all_verdicts()
+        for name in set(one.flips)
+        for part in name.split("+")
+    )
+    columns = ("Missing", "Chosen", "Others", "Verdicts changed")
+    parts = []
+    for paper in load_papers():
+        own = [one for one in paper.assumptions if not names or one.chapter in names]
+        own.sort(key=lambda one: -flips[one.id])
+        rows = {f"assumption-{one.id}": _assumption_cells(one, flips[one.id]) for one in own}
+        first = dict(list(rows.items())[: SHOWN_ASSUMPTIONS if names else None])
+        rest = {name: cells for name, cells in rows.items() if name not in first}
+        if first:
+            parts.append(table(f"Paper {paper.letter}: what had to be assumed", columns, first))
+        if rest:
+            caption = f"Paper {paper.letter}: {_count(len(rest), 'further assumption')}"
+            parts.append(folded(caption, table(caption, columns, rest)))
+    return Markup("\n".join(parts))
+
+
+def chip_class(outcome: str) -> str:
+    """Return the classes of a verdict's word for the style sheet."""
+    return f"verdict verdict-{outcome.replace(' ', '-')}"
+
+
+@cache
+def _entries() -> dict[str, tuple[Paper, Claim]]:
+    return {claim.id: (paper, claim) for paper in load_papers() for claim in paper.claims}
+
+
+def _is_shown(paper: Paper, claim: Claim, verdict: Verdict) -> bool:
+    plain = (Outcome.REPRODUCED, Outcome.OUT_OF_SCOPE)
+    return claim.id in paper.headlines or verdict.outcome not in plain
+
+
+def _assumption_cells(one: Assumption, flips: int) -> list[Cell]:
+    others = "; ".join(f"{other.name} ({other.origin})" for other in one.alternatives)
     return [
-        Cell(claim.says, claim.where),
-        Cell(claim.printed),
-        Cell(verdict.ours, verdict.spread),
-        Cell(verdict.outcome, f"{note}." if note else "", _css(verdict.outcome)),
+        Cell(one.missing, f"{one.where}; matters to {one.chapter}. {one.why}"),
+        Cell(one.chosen, f"origin: {one.origin}; set on {one.set.isoformat()}, {one.relative} the results"),
+        Cell(others or "–"),
+        Cell(str(flips) if one.alternatives else "–"),
     ]
 
 
-def _count_line(paper: Paper, verdicts: dict[tuple[str, str], Verdict]) -> str:
-    counts = Counter(verdicts[paper.key, claim.id].outcome for claim in paper.claims)
-    listed = ", ".join(
-        element("span", f"{counts[outcome]} {outcome}", css_class=_css(outcome))
-        for outcome in Outcome
-        if counts[outcome]
-    )
-    start = f"Paper {paper.letter}, {len(paper.claims)} claims: "
-    return element("p", escape(start) + listed, css_class="claim-count") + "\n"
-
-
-def _css(outcome: str) -> str:
-    return f"verdict verdict-{outcome.replace(' ', '-')}"
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s'[: number != 1]}"

@@ -7,7 +7,7 @@ from typing import Any
 from dexterity_study.engine import card, evidence
 from dexterity_study.engine.experiment import Experiment
 from dexterity_study.engine.state import changed_since
-from dexterity_study.page.markup import Cell, Markup, element, table
+from dexterity_study.page.markup import Cell, Markup, element, folded, table
 
 
 def footer(*chapters: str) -> Markup:
@@ -18,7 +18,9 @@ def footer(*chapters: str) -> Markup:
         for name, experiment in evidence.experiments(chapter).items()
     }
     shown = table("Evidence of this chapter", ("Experiment", "Runs", "Made", "State"), rows)
-    return Markup(element("div", shown, css_class="provenance"))
+    return Markup(
+        element("div", folded("Where the numbers of this page come from", shown), css_class="provenance")
+    )
 
 
 def _cells(experiment: Experiment) -> list[Cell]:

@@ -18,19 +18,29 @@ class Markup:
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table: plain text, a note below it, and a class of the text for the style sheet."""
+    """A cell of a table: text, a note below it, a class of the text for the style sheet, and a link."""
 
     text: str
     note: str = ""
     css_class: str = ""
+    link: str = ""
 
 
 _NEGATIVE_ZERO = re.compile(r"(?<!\w)-(?=0(?:\.0*)?(?![\d.]))")
+_FORMULA = re.compile(r"\$([^$]+)\$")
 
 
 def without_negative_zeros(text: str) -> str:
     """Drop the minus of numbers that read as zero when they are rounded."""
     return _NEGATIVE_ZERO.sub("", text)
+
+
+def inline(text: str) -> str:
+    r"""Escape a text; what stands between dollar signs is a formula, which MathJax finds between \( and \)."""
+    return _FORMULA.sub(
+        r'<span class="math notranslate nohighlight">\\(\1\\)</span>',
+        escape(without_negative_zeros(text), quote=False),
+    )
 
 
 def element(tag: str, content: str, **attributes: str) -> str:
@@ -40,8 +50,13 @@ def element(tag: str, content: str, **attributes: str) -> str:
     return f"<{tag}{''.join(written)}>{content}</{tag}>"
 
 
+def folded(summary: str, content: str) -> str:
+    """Fold HTML under a line that opens it."""
+    return element("details", f"{element('summary', inline(summary))}\n{content}", css_class="folded")
+
+
 def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> str:
-    """Set a table whose first column heads the rows, in a frame that scrolls sideways on a narrow page.
+    """Set a ledger, whose first column heads the rows; on a narrow page each row becomes a paragraph.
 
     Parameters
     ----------
@@ -60,25 +75,19 @@ def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell
     for anchor, cells in rows.items():
         if len(cells) != len(columns):
             raise ValueError(f"row {anchor} has {len(cells)} cells, the table has {len(columns)} columns")
-    head = "".join(element("th", escape(column), scope="col") for column in columns)
-    body = "\n".join(element("tr", _row(columns, cells), id=anchor) for anchor, cells in rows.items())
+    head = "".join(element("th", inline(column), scope="col") for column in columns)
+    body = "\n".join(_row(anchor, columns, cells) for anchor, cells in rows.items())
     parts = (
-        element("caption", escape(caption)),
+        element("caption", inline(caption)),
         element("thead", element("tr", head)),
         element("tbody", f"\n{body}\n"),
     )
-    # Focusable, so that the keyboard can scroll it too.
     return element(
-        "div",
-        element("table", "\n".join(parts), css_class="table ledger"),
-        css_class="table-scroll",
-        role="region",
-        tabindex="0",
-        **{"aria-label": caption},
+        "div", element("table", "\n".join(parts), css_class="table ledger"), css_class="table-scroll"
     )
 
 
-def _row(columns: Sequence[str], cells: Sequence[Cell]) -> str:
+def _row(anchor: str, columns: Sequence[str], cells: Sequence[Cell]) -> str:
     heading, *rest = cells
     row = [element("th", _content(heading), scope="row")]
     # The style sheet shows the label where a narrow page sets the cells of a row below one another.
@@ -86,11 +95,13 @@ def _row(columns: Sequence[str], cells: Sequence[Cell]) -> str:
         element("td", _content(cell), **{"data-label": column})
         for column, cell in zip(columns[1:], rest, strict=True)
     ]
-    return "".join(row)
+    return element("tr", "".join(row), id=anchor)
 
 
 def _content(cell: Cell) -> str:
-    text = escape(without_negative_zeros(cell.text))
+    text = inline(cell.text)
     if cell.css_class:
         text = element("span", text, css_class=cell.css_class)
-    return text + (element("small", escape(cell.note)) if cell.note else "")
+    if cell.link:
+        text = element("a", text, href=cell.link)
+    return text + (element("small", inline(cell.note)) if cell.note else "")

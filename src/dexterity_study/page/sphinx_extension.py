@@ -1,4 +1,4 @@
-"""Sphinx extension of the book: downloads of executed notebooks, and the viewer of the scenes."""
+"""Sphinx extension of the book: captions, hover texts, downloads of notebooks, the viewer of the scenes."""
 
 import shutil
 import zipfile
@@ -9,6 +9,7 @@ import joblib
 from sphinx.application import Sphinx
 
 from dexterity import scenes
+from dexterity_study.page import captions, hovers
 
 ARCHIVE = "notebooks.zip"
 """All executed notebooks, beside the start page."""
@@ -18,7 +19,9 @@ _LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever the archive is made
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the extension."""
+    captions.setup(app)
     app.connect("source-read", _depend_on_outputs)
+    app.connect("doctree-resolved", hovers.explain)
     app.connect("env-updated", _write_in_parallel)
     app.connect("html-page-context", _offer_notebooks, priority=502)  # after the theme's own buttons
     app.connect("build-finished", _copy_files)

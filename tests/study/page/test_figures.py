@@ -1,5 +1,5 @@
-import io
 import itertools
+import re
 from collections.abc import Iterator
 
 import matplotlib as mpl
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from dexterity_study.page import figures
 
-PHONE = 360  # CSS pixels
+PHONE, MARGINS = 360, 32  # CSS pixels
 
 
 @pytest.fixture(autouse=True)
@@ -22,10 +22,8 @@ def _style_left_at_the_end() -> Iterator[None]:
         yield
 
 
-def svg(figure: Figure) -> bytes:
-    picture = io.BytesIO()
-    figure.savefig(picture, format="svg", metadata={"Date": None})
-    return picture.getvalue()
+def svg(figure: Figure) -> str:
+    return figures.themed_svg(figure)
 
 
 def drawn() -> Figure:
@@ -41,15 +39,17 @@ def test_the_same_figure_gives_the_same_bytes() -> None:
 
 
 def test_letters_are_legible_on_a_phone() -> None:
-    width = Figure().get_figwidth() * 96
-    smallest = min(mpl.font_manager.font_scalings[mpl.rcParams[f"{axis}tick.labelsize"]] for axis in "xy")
-    letters = smallest * mpl.rcParams["font.size"] * 96 / 72
-    assert letters * min(1, PHONE / width) > 10
+    drawn_at = [float(size) for size in re.findall(r"scale\(([\d.]+) -", svg(drawn()))]
+    smallest = min(drawn_at) * 100 * 96 / 72  # outlines are drawn in hundredths of a letter's size [px]
+    assert smallest * (PHONE - MARGINS) / (Figure().get_figwidth() * 96) >= 11
 
 
-def test_figures_stand_on_white_for_light_and_dark_pages() -> None:
-    assert colors.to_hex(drawn().get_facecolor()) == "#ffffff"
-    assert mpl.rcParams["savefig.facecolor"] == "white"
+def test_figures_have_no_ground_and_their_ink_follows_the_page() -> None:
+    assert colors.to_rgba(drawn().get_facecolor())[3] == 0
+    picture = svg(drawn())
+    ink = mpl.rcParams["text.color"].lower()
+    assert f"fill: {ink}" in picture
+    assert f'[style*="fill: {ink}"]' in picture[: picture.index("</style>")]
 
 
 def test_lines_are_told_apart_and_stand_out_from_white() -> None:

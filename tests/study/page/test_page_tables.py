@@ -1,13 +1,15 @@
 """Tables of a page: a median with its range, and what is no number."""
 
 import math
+import re
 
 import pandas as pd
 import pytest
 
 from dexterity_study.page import tables
 from dexterity_study.page.markup import without_negative_zeros
-from dexterity_study.page.tables import over_seeds, with_range
+from dexterity_study.page.numbers import with_range, written
+from dexterity_study.page.tables import over_seeds
 
 
 @pytest.mark.parametrize(
@@ -34,14 +36,67 @@ def test_groups_of_rows_have_their_medians_and_ranges():
     assert table["error [mm]"].tolist() == ["2 (1–3)", "2"]
 
 
-def test_a_range_in_a_table_is_not_broken_at_its_dash():
-    written = tables.show(pd.DataFrame({"error": ["2 (1–3)", "see (there – or not)"]})).html
-    assert '2 <span class="range">(1–3)</span>' in written
-    assert written.count("<span") == 1
+@pytest.mark.parametrize(
+    ("value", "form", "shown"),
+    [
+        (1520.0, "{:.3g}", "1,520"),
+        (906_000.0, "{:.3g}", "906,000"),
+        (6.7e9, "{:.2g}", "6.7\xa0×\xa010⁹"),
+        (8.28e-7, "{:.3g}", "8.28\xa0×\xa010⁻⁷"),
+        (0.0, "{:.0e}", "0"),
+        (-0.0, "{:.1f}", "0.0"),
+        (0.0004, "{:.3f}", "< 0.001"),
+        (0.00004, "{:.2%}", "< 0.01%"),
+        (-0.0004, "{:.3f}", "0.000"),
+        (math.nan, "{:.3f}", "–"),
+    ],
+)
+def test_a_number_is_written_for_a_reader(value, form, shown):
+    assert written(value, form) == shown
+
+
+def rows(html):
+    return [
+        re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in re.findall(r"<tr.*?</tr>", html, flags=re.S)
+    ]
+
+
+def test_a_range_is_small_and_below_its_median():
+    html = tables.show(pd.DataFrame({"error": ["2 (1–3)", "see (there – or not)"]})).html
+    assert '2 <span class="range">1–3</span>' in html
+    assert html.count("<span") == 1
+
+
+def test_columns_of_numbers_are_aligned_and_the_best_is_bold():
+    frame = pd.DataFrame(
+        {"error [mm]": ["1,200 (1–3)", "30", "–"], "R": [0.5, 0.25, 0.75], "is": ["a", "b", "c"]}
+    )
+    html = tables.show(frame, "{:.2f}", best={"error [mm]": "least", "R": "most"}).html
+    assert re.findall(r"<strong>(.*?)</strong>", html) == ["30", "0.75"]
+    assert html.count('class="number"') == 2 * 4
+    with pytest.raises(ValueError, match="no column 'x'"):
+        tables.show(frame, best={"x": "least"})
+
+
+def test_the_first_level_of_an_index_heads_groups_of_rows():
+    index = pd.MultiIndex.from_tuples([("w", 8), ("w", 149), ("KCI", 25)], names=["index", "neurons"])
+    html = tables.show(pd.DataFrame({"rows": [40960, 1, 2]}, index=index)).html
+    assert rows(html) == [["neurons", "rows"], ["w"], ["8", "40,960"], ["149", "1"], ["KCI"], ["25", "2"]]
+    assert 'scope="rowgroup" colspan="2"' in html or 'colspan="2"' in html
+
+
+def test_columns_of_two_levels_have_two_heads():
+    columns = pd.MultiIndex.from_product([["w", "KCI"], ["mean", "worst"]])
+    html = tables.show(pd.DataFrame([[1, 2, 3, 4]], index=["ours"], columns=columns)).html
+    assert rows(html)[:2] == [["", "w", "KCI"], ["", "mean", "worst", "mean", "worst"]]
+
+
+def test_text_between_dollar_signs_is_a_formula():
+    assert r"\(J_s^s\)" in tables.show(pd.Series({"$J_s^s$": 1.0}, name="error")).html
 
 
 def test_a_dash_stands_for_what_is_no_number():
-    assert "<td>–</td>" in tables.show(pd.DataFrame({"error": [1.0, math.nan]})).html
+    assert rows(tables.show(pd.DataFrame({"error": [1.0, math.nan]})).html)[2] == ["–"]
 
 
 @pytest.mark.parametrize(
@@ -56,4 +111,4 @@ def test_a_dash_stands_for_what_is_no_number():
 )
 def test_a_number_that_reads_as_zero_has_no_minus(text, shown):
     assert without_negative_zeros(text) == shown
-    assert f"<td>{shown}</td>" in tables.show(pd.DataFrame({"text": [text]})).html
+    assert rows(tables.show(pd.DataFrame({"text": [text]})).html)[1] == [shown]

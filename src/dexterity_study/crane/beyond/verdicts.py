@@ -12,7 +12,7 @@ from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.crane.beyond.experiment import COROTATIONAL, EXACT, REGRESSION, STRUCTURE, THESIS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.readings import Reading
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 LOOP, ASKED = f"{STRUCTURE}, in a loop", ("at once", "one by one")
 NOTICEABLE = 0.9

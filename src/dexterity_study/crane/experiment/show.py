@@ -15,7 +15,8 @@ from dexterity_study.crane.experiment.verdicts import ROWS, errors_of, layout
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import show, with_range
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import show
 
 LOOKS = (("without", COLORS["sky blue"], 0.24), ("with method 1", COLORS["vermillion"], 0.12))
 

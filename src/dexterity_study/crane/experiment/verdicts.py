@@ -10,7 +10,7 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.crane.experiment.experiment import REFERENCES, ZEROED, from_reference
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 ROWS = {"max": "largest", "mean": "mean"}
 """Rows of Tables 4.2 and 4.3, each in x, y and distance, as the ledger and as a table name them."""

@@ -8,7 +8,7 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.crane.kinematics.experiment import NANOMETRE
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 SEVERAL = 20.0
 """Millimetres of the tip for a millimetre of a stroke that are called several centimetres."""

@@ -15,7 +15,8 @@ from dexterity_study.crane.positioning.verdicts import LEFT_OUT, NAMES, TOLERANC
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show, with_range
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import over_seeds, show
 
 PAPER = load_paper("rouvinen1999")
 

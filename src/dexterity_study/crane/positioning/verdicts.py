@@ -15,7 +15,7 @@ from dexterity_study.crane.positioning import experiment
 from dexterity_study.crane.positioning.experiment import DIRECT, EXACT, FREE, GENETIC, INVERSE, MODULAR, NONE
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.readings import Reading
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 NAMES = {GENETIC: "correction", DIRECT: "direct", MODULAR: "modular", INVERSE: "inverse"}
 LEFT_OUT = {DIRECT: ((1, 7), (2, 7)), MODULAR: ((1, 6), (1, -2))}

@@ -12,7 +12,7 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.crane.training.experiment import AT_ONCE, NETWORKS, SECOND_ORDER, lesson, reported_after
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 KEPT = [
     "back-propagation, row by row",

@@ -20,7 +20,8 @@ from dexterity_study.docking.search.experiment import VARIABLES
 from dexterity_study.docking.search.show import LABELS, written
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import show, with_range
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import show
 
 
 def points(stored: Evidence) -> Markup:

@@ -15,7 +15,7 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.docking.search.experiment import ALONE, NEAR
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 
 TRAPPED, DEAD, JUMP = 0.90, 0.10, 0.10
 STEP = 0.01

@@ -14,7 +14,8 @@ from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show, with_range
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.uvms.indices.experiment import MOTIONS, ONES, VEHICLE_LOCKED
 from dexterity_study.uvms.kinematics.experiment import FRAMES
 from dexterity_study.uvms.kinematics.show import changes_by_joint, vehicle_scene

@@ -15,14 +15,20 @@ from dexterity import robots, scenes
 from dexterity.chain import Chain
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import show, with_range
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import show
 
 
 def screws(chain: Chain) -> Markup:
-    """Set the screws of a chain."""
-    frame = pd.DataFrame(chain.screws, index=chain.joint_names, columns=["vx", "vy", "vz", "ωx", "ωy", "ωz"])
-    return show(frame.assign(kind=chain.kinds), "{:g}")
+    """Set the screws of a chain, its joints under the paper's symbols and under their names."""
+    symbols = pd.Index([rf"$\theta_{{{n}}}$" for n in range(1, chain.joints + 1)], name="paper")
+    frame = pd.DataFrame(
+        chain.screws.numpy(), symbols, ["$v_x$", "$v_y$", "$v_z$", "$ω_x$", "$ω_y$", "$ω_z$"]
+    )
+    frame.insert(0, "name", chain.joint_names)
+    return show(frame, "{:.2f}")
 
 
 def vehicle_scene(title: str, q: Tensor, *, axes: bool = True, **options: int) -> scenes.Scene:
@@ -40,20 +46,23 @@ def reference_scene() -> scenes.Scene:
     return scene
 
 
-def deviations(table: Table) -> Markup:
-    """Set the largest deviations, with their range over the seeds."""
+def deviations(stored: Table, live: Table) -> Markup:
+    """Set the largest deviations, with their range over the stored seeds, and of one live run."""
     titles = {
-        "forward": "tool pose against scipy.linalg.expm",
-        "spatial": "spatial Jacobian against central differences",
-        "body": "body Jacobian against central differences",
-        "geometric": "geometric Jacobian against central differences",
-        "printed": "Eq. 6 as printed against the spatial Jacobian",
-        "spatial_last_joint": "spatial Jacobian when the last joint turns",
-        "body_last_joint": "body Jacobian when the last joint turns",
+        "forward": "tool pose − scipy.linalg.expm",
+        "spatial": "spatial Jacobian − central differences",
+        "body": "body Jacobian − central differences",
+        "geometric": "geometric Jacobian − central differences",
+        "printed": "Eq. 6 as printed − spatial Jacobian",
+        "spatial_last_joint": "spatial Jacobian, last joint turned",
+        "body_last_joint": "body Jacobian, last joint turned",
     }
-    rows = table.where()
-    cells = {title: with_range(rows[name], "{:.1e}") for name, title in titles.items()}
-    return show(pd.Series(cells, name="largest deviation"))
+    columns = {"stored": stored.where(), "live": live.where()}
+    cells = {
+        head: {title: with_range(rows[name], "{:.0e}") for name, title in titles.items()}
+        for head, rows in columns.items()
+    }
+    return show(pd.DataFrame(cells))
 
 
 def changes_of_w(stored: Evidence) -> Figure:
@@ -68,16 +77,16 @@ def changes_of_w(stored: Evidence) -> Figure:
 
 def changes_by_joint(table: Table, index: str, legend: str, readings: Mapping[str, str]) -> Figure:
     """Draw by how much each joint alone changes an index, for some readings by their titles."""
-    fig, ax = plt.subplots(figsize=(7, 3.6))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.6))
     shifts = np.linspace(-0.2, 0.2, len(readings))
     for shift, (title, reading) in zip(shifts, readings.items(), strict=True):
         change = table.where(reading).groupby("joint")["change"].max()
         ax.plot(np.arange(12) + shift, np.maximum(change, 1e-17), "o", label=title)
-    ax.axhspan(1e-17, 1e-13, color="0.9", zorder=0)
-    ax.text(11.4, 3e-14, "rounding", ha="right", va="top", color="0.35")
+    ax.axhspan(1e-17, 1e-13, color="#E6E6E6", zorder=0)
     ax.set(yscale="log", ylim=(1e-17, 10), ylabel=f"largest relative change of {index}")
-    ax.set(xticks=range(12), xticklabels=robots.uvms().joint_names, xlabel="joint that is redrawn")
-    ax.legend(title=legend, loc="center left", bbox_to_anchor=(0.4, 0.45))
+    ax.set_xticks(range(12), robots.uvms().joint_names, rotation=60)
+    ax.set(xlabel="joint that is redrawn")
+    fig.legend(title=legend, loc="outside upper center", ncols=len(readings))
     return fig
 
 

@@ -11,7 +11,8 @@ from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show, with_range
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.uvms.feed_forward.experiment import INDICES
 from dexterity_study.uvms.radial_basis.experiment import LEVELS
 from dexterity_study.uvms.radial_basis.verdicts import growth_of, needed_by_both

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED
 from dexterity_study.uvms.sampling.experiment import FROM_VEHICLE
 

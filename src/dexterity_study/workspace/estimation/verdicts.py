@@ -14,7 +14,7 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.page.tables import with_range
+from dexterity_study.page.numbers import with_range
 from dexterity_study.workspace.estimation import experiment as ways
 from dexterity_study.workspace.estimation.experiment import HEADS, LONGER, SCORES, THRESHOLDS
 
