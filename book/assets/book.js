@@ -46,7 +46,7 @@ function enlargeFigures() {
 
 // Buttons for each verdict and for headline claims; the numbers say how many rows each would show.
 function addFilter(frame) {
-  const rows = [...frame.querySelectorAll("tbody tr")];
+  const rows = [...frame.querySelectorAll("tbody")];
   const verdict = row => row.querySelector(".verdict").textContent;
   const groups = new Map([["all", () => true], ["headline", row => row.querySelector(".headline") !== null]]);
   for (const word of new Set(rows.map(verdict))) groups.set(word, row => verdict(row) === word);

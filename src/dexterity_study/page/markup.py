@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 
+from dexterity_study.page.numbers import readable
+
 
 @dataclass(frozen=True)
 class Markup:
@@ -26,20 +28,14 @@ class Cell:
     link: str = ""
 
 
-_NEGATIVE_ZERO = re.compile(r"(?<!\w)-(?=0(?:\.0*)?(?![\d.]))")
 _FORMULA = re.compile(r"\$([^$]+)\$")
-
-
-def without_negative_zeros(text: str) -> str:
-    """Drop the minus of numbers that read as zero when they are rounded."""
-    return _NEGATIVE_ZERO.sub("", text)
 
 
 def inline(text: str) -> str:
     r"""Escape a text; what stands between dollar signs is a formula, which MathJax finds between \( and \)."""
     return _FORMULA.sub(
         r'<span class="math notranslate nohighlight">\\(\1\\)</span>',
-        escape(without_negative_zeros(text), quote=False),
+        escape(readable(text), quote=False),
     )
 
 
@@ -65,7 +61,8 @@ def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell
     columns
         Headings of the columns, as plain text.
     rows
-        Cells of each row, one for each column, under the row's anchor.
+        Cells of each row, one for each column, under the row's anchor. The note of the first cell has a line of its own
+        below the row.
 
     Raises
     ------
@@ -76,32 +73,31 @@ def table(caption: str, columns: Sequence[str], rows: Mapping[str, Sequence[Cell
         if len(cells) != len(columns):
             raise ValueError(f"row {anchor} has {len(cells)} cells, the table has {len(columns)} columns")
     head = "".join(element("th", inline(column), scope="col") for column in columns)
-    body = "\n".join(_row(anchor, columns, cells) for anchor, cells in rows.items())
-    parts = (
-        element("caption", inline(caption)),
-        element("thead", element("tr", head)),
-        element("tbody", f"\n{body}\n"),
-    )
+    body = (element("tbody", _row(columns, cells), id=anchor) for anchor, cells in rows.items())
+    parts = (element("caption", inline(caption)), element("thead", element("tr", head)), *body)
     return element(
         "div", element("table", "\n".join(parts), css_class="table ledger"), css_class="table-scroll"
     )
 
 
-def _row(anchor: str, columns: Sequence[str], cells: Sequence[Cell]) -> str:
+def _row(columns: Sequence[str], cells: Sequence[Cell]) -> str:
     heading, *rest = cells
     row = [element("th", _content(heading), scope="row")]
     # The style sheet shows the label where a narrow page sets the cells of a row below one another.
     row += [
-        element("td", _content(cell), **{"data-label": column})
+        element(
+            "td",
+            _content(cell) + (element("small", inline(cell.note)) if cell.note else ""),
+            **{"data-label": column},
+        )
         for column, cell in zip(columns[1:], rest, strict=True)
     ]
-    return element("tr", "".join(row), id=anchor)
+    note = element("tr", element("td", inline(heading.note), colspan=str(len(columns))), css_class="note")
+    return element("tr", "".join(row)) + (note if heading.note else "")
 
 
 def _content(cell: Cell) -> str:
     text = inline(cell.text)
     if cell.css_class:
         text = element("span", text, css_class=cell.css_class)
-    if cell.link:
-        text = element("a", text, href=cell.link)
-    return text + (element("small", inline(cell.note)) if cell.note else "")
+    return element("a", text, href=cell.link) if cell.link else text

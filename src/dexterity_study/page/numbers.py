@@ -8,6 +8,13 @@ import numpy as np
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LARGEST_EXPONENT = 5
+_NEGATIVE_ZERO = re.compile(r"(?<!\w)-(?=0(?:\.0*)?(?![\d.]))")
+_EXPONENT = re.compile(r"(?<![\w.])\d+(?:\.\d+)?e[-+]\d\d+\b")
+
+
+def readable(text: str) -> str:
+    """Write the numbers of a text for a reader: no minus before what reads as zero, powers of ten for exponents."""
+    return _EXPONENT.sub(lambda number: power_of_ten(number[0]), _NEGATIVE_ZERO.sub("", text))
 
 
 def written(value: float, form: str = "{:.3g}") -> str:
@@ -20,7 +27,7 @@ def written(value: float, form: str = "{:.3g}") -> str:
         return "–"
     text = form.format(value)
     if "e" in text:
-        return power_of_ten(text) if value != 0 else "0"
+        return "0" if value == 0 else power_of_ten(text)
     if value != 0 and not re.search("[1-9]", text) and "inf" not in text:
         return f"< {re.sub(r'0(?=[^0-9.]*$)', '1', text)}" if value > 0 else text.replace("-", "")
     return text.replace("-", "") if value == 0 else text

@@ -99,7 +99,7 @@ def test_numbers_are_written_as_they_are_printed(write_paper):
     write_paper()
     paper = ledger.load_paper("paper")
     assert paper.claim("share").printed == "0.5, 12.0 %"
-    assert paper.setting("size").printed == "1 × 10⁻⁹"
+    assert paper.setting("size").printed == "1\xa0×\xa010⁻⁹"
     assert paper.claim("order").printed == ""
 
 

@@ -1,10 +1,12 @@
 """Verdicts of the whole study: one for each claim, the same on every page."""
 
+import json
 import re
 
 import pytest
 
-from dexterity_study.claims import scorecard
+from dexterity import store
+from dexterity_study.claims import overview, scorecard
 from dexterity_study.claims.check import missed
 from dexterity_study.claims.ledger import load_papers
 from dexterity_study.engine.evidence import chapters
@@ -28,17 +30,51 @@ def test_a_chapter_judges_its_own_claims(chapter):
     assert {verdict.claim for verdict in scorecard.chapter_verdicts(chapter)} == own
 
 
-def test_chapters_scorecard_and_summary_show_the_same_verdicts():
-    whole = anchors(scorecard.scorecard().html)
+def test_chapters_scorecards_and_summary_show_the_same_verdicts():
+    whole = {}
+    for paper in load_papers():
+        whole |= anchors(overview.scorecard(paper.key).html)
     for chapter in chapters():
         own = anchors(scorecard.verdict_table(chapter).html)
         assert own.items() <= whole.items()
-    cells = re.findall(r"<td[^>]*>(\d+)</td>", scorecard.summary().html)
+    cells = re.findall(r"<td[^>]*>(\d+)</td>", overview.summary().html)
     assert sum(map(int, cells)) == len(whole) == len(scorecard.all_verdicts())
 
 
+def test_headlines_and_what_was_not_reproduced_are_not_folded():
+    for chapter in chapters():
+        html = scorecard.verdict_table(chapter).html
+        folded = "".join(re.findall(r"<details.*?</details>", html, flags=re.S))
+        outcomes = set(re.findall(r'class="verdict [^"]*"[^>]*>([^<]*)<', folded))
+        assert outcomes <= {"reproduced", "out of scope"}
+        assert 'class="headline"' not in folded
+
+
+def test_the_answer_of_a_chapter_names_claims_of_the_ledgers():
+    html = scorecard.answer("product-of-exponentials").html
+    assert 'href="#claim-product-of-exponentials"' in html
+    with pytest.raises(ValueError, match="no paper claims nonsense"):
+        scorecard.answer("nonsense")
+
+
+def test_the_file_of_all_verdicts_has_every_claim():
+    papers = json.loads(overview.as_json())["papers"]
+    listed = {(paper["key"], claim["id"]): claim["verdict"] for paper in papers for claim in paper["claims"]}
+    assert listed == {(one.paper, one.claim): one.outcome for one in scorecard.all_verdicts()}
+
+
+def test_the_readme_has_the_table_of_the_verdicts():
+    readme = (store.repository() / "README.md").read_text("utf-8")
+    assert overview.renewed(readme) == readme, "python -m dexterity_study.claims.overview README.md renews it"
+
+
+def test_a_text_without_marks_is_refused():
+    with pytest.raises(ValueError, match="needs the marks"):
+        overview.renewed("nothing")
+
+
 def test_a_threshold_is_shown_with_its_digits_and_its_unit():
-    html = scorecard.own_thresholds().html
+    html = overview.own_thresholds().html
     near = [claim for paper in load_papers() for claim in paper.claims if claim.near is not None]
     assert near
     for claim in near:
