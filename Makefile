@@ -89,6 +89,7 @@ lint: $(FULL_ENV)  ## style, types, layers, lock
 	$(IN)/ruff format --check src tests
 	$(IN)/mypy
 	$(IN)/lint-imports
+	$(IN)/python -m dexterity_study.page.prose book README.md
 	@if grep -nE '^(nvidia|triton|cuda)' environment.lock; then \
 	  echo "environment.lock has CUDA packages: make it with make lock"; exit 1; \
 	  else echo "environment.lock: no CUDA packages"; fi

@@ -56,6 +56,37 @@ window.checks = {
     return { text: last.textContent.trim(), inProvenance: last.parentElement.closest(".provenance") !== null };
   },
 
+  // Length in screens, where the first picture and the advice begin [px], and how much code is shown.
+  reading() {
+    const article = document.querySelector("article.bd-article"), place = element =>
+      element ? Math.round(element.getBoundingClientRect().top + scrollY) : Infinity;
+    const pictures = [...article.querySelectorAll(".cell_output img, iframe")].map(place);
+    const advice = [...article.querySelectorAll("h2")].find(head => head.textContent.startsWith("What it means"));
+    const code = [...article.querySelectorAll(".cell_input pre")].filter(pre => pre.checkVisibility());
+    return {
+      screens: article.getBoundingClientRect().height / innerHeight,
+      picture: Math.min(Infinity, ...pictures),
+      advice: place(advice),
+      lines: code.reduce((sum, pre) => sum + pre.textContent.trim().split("\n").length, 0),
+    };
+  },
+
+  // Tables of numbers none of whose cells right of the first column begins on the screen.
+  tablesWithoutResults() {
+    return [...document.querySelectorAll("table.numbers")].filter(table => table.checkVisibility()).filter(table => {
+      const row = [...table.querySelectorAll("tbody tr:not(.group)")][0];
+      const results = [...row.children].slice(1).map(cell => cell.getBoundingClientRect());
+      return results.length && !results.some(box => box.right <= innerWidth);
+    }).map(table => table.textContent.trim().slice(0, 60));
+  },
+
+  // Pictures, scenes and tables of numbers that no numbered caption belongs to.
+  withoutCaption() {
+    return [...document.querySelectorAll("article .cell_output :is(img, iframe, table.numbers)")]
+      .filter(shown => !shown.closest("figure:has(.caption-number)") && !shown.closest("figure figure"))
+      .map(shown => (shown.title || shown.alt || shown.textContent).trim().slice(0, 60));
+  },
+
   // In the frame of a scene. Drawn and read in one task, because the browser clears the picture afterwards.
   picture() {
     const viewer = window.viewer, gl = viewer.renderer.getContext();

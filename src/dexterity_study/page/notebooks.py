@@ -42,9 +42,9 @@ class Layout:
         return self.output / "html"
 
     @property
-    def notebooks(self) -> Path:
-        """Folder of the executed notebooks."""
-        return self.output / "notebooks"
+    def executions(self) -> Path:
+        """Folder of the pages as they were executed."""
+        return self.output / "executed"
 
     @property
     def durations(self) -> Path:
@@ -57,7 +57,7 @@ class Layout:
 
     def executed(self, page: str) -> Path:
         """Return the file of a page's executed notebook."""
-        return self.notebooks / f"{page}.ipynb"
+        return self.executions / f"{page}.ipynb"
 
     def pages(self) -> list[str]:
         """Return the pages of the table of contents, in its order."""
@@ -145,6 +145,6 @@ def _metadata(page: Page, executed: dict[str, Any]) -> dict[str, Any]:
 def remove_strays(layout: Layout, pages: Iterable[Page]) -> None:
     """Remove the executed notebooks of pages that are no longer in the book."""
     wanted = {layout.executed(page.name) for page in pages}
-    for file in layout.notebooks.rglob("*.ipynb"):
+    for file in layout.executions.rglob("*.ipynb"):
         if file not in wanted:
             file.unlink()

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import joblib
+import nbformat
 from sphinx.application import Sphinx
 
-from dexterity import scenes
+from dexterity import scenes, store
 from dexterity_study.page import captions, hovers
+from dexterity_study.page.plain import References, plain
 
 ARCHIVE = "notebooks.zip"
 """All executed notebooks, beside the start page."""
@@ -28,14 +30,14 @@ def setup(app: Sphinx) -> dict[str, Any]:
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _notebooks(app: Sphinx) -> Path:
-    return Path(app.outdir).parent / "notebooks"
+def _executed(app: Sphinx, page: str) -> Path:
+    return Path(app.outdir).parent / "executed" / f"{page}.ipynb"
 
 
 def _depend_on_outputs(app: Sphinx, page: str, source: list[str]) -> None:
     """Have a page read again when it has been executed again."""
     if "{code-cell}" in source[0]:
-        app.env.note_dependency(str(_notebooks(app) / f"{page}.ipynb"))
+        app.env.note_dependency(str(_executed(app, page)))
 
 
 def _write_in_parallel(app: Sphinx, _env: Any) -> None:
@@ -52,7 +54,7 @@ def _offer_notebooks(app: Sphinx, page: str, _template: str, context: dict[str, 
 
 def _buttons(app: Sphinx, page: str, pathto: Any) -> list[dict[str, str]]:
     offers = [(ARCHIVE, "all .ipynb", "Download the executed notebooks of all pages", "archive")]
-    if (_notebooks(app) / f"{page}.ipynb").is_file():
+    if _executed(app, page).is_file():
         offers.insert(0, (f"notebooks/{page}.ipynb", ".ipynb", "Download the executed notebook", "notebook"))
     return [
         {
@@ -70,12 +72,24 @@ def _buttons(app: Sphinx, page: str, pathto: Any) -> list[dict[str, str]]:
 def _copy_files(app: Sphinx, exception: Exception | None) -> None:
     if exception is not None:
         return
-    html, notebooks = Path(app.outdir), _notebooks(app)
+    html = Path(app.outdir)
     scenes.copy_viewer(html / "_static" / "meshcat")
-    if notebooks.is_dir():
-        shutil.rmtree(html / "notebooks", ignore_errors=True)
-        shutil.copytree(notebooks, html / "notebooks")
-        pack(notebooks, html / ARCHIVE)
+    notebooks = html.parent / "notebooks"
+    _write_notebooks(app, notebooks)
+    shutil.rmtree(html / "notebooks", ignore_errors=True)
+    shutil.copytree(notebooks, html / "notebooks")
+    pack(notebooks, html / ARCHIVE)
+
+
+def _write_notebooks(app: Sphinx, folder: Path) -> None:
+    """Write the executed notebooks of all pages for a reader's own Jupyter."""
+    shutil.rmtree(folder, ignore_errors=True)
+    references = References(app.env)
+    for page in sorted(app.env.found_docs):
+        if (source := _executed(app, page)).is_file():
+            notebook = plain(nbformat.read(source, as_version=4), page, references, scenes.standalone)
+            (folder / page).parent.mkdir(parents=True, exist_ok=True)
+            store.write_atomically(folder / f"{page}.ipynb", nbformat.writes(notebook) + "\n")
 
 
 def pack(folder: Path, archive: Path) -> None:

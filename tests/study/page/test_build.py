@@ -71,7 +71,7 @@ class Book:
         return sorted(names)
 
     def notebooks(self) -> dict[str, bytes]:
-        folder = self.folder / "_build" / "notebooks"
+        folder = self.folder / "_build" / "executed"
         return {file.stem: file.read_bytes() for file in folder.rglob("*.ipynb")}
 
 
@@ -179,7 +179,7 @@ def test_stopped_build_goes_on_where_it_was(book: Book, tmp_path: Path, stop: si
     book.source("two").write_text(text)
     assert book.execute() == 0
     after = book.notebooks()
-    for file in (tmp_path / "_build" / "notebooks").iterdir():
+    for file in (tmp_path / "_build" / "executed").iterdir():
         file.unlink()
     assert book.execute() == 0
     assert book.notebooks() == after
