@@ -6,11 +6,13 @@ page without WebGL, for print, and for the moment before the viewer starts. No s
 same scene gives the same bytes.
 
 The page is ``scene.html`` in this folder: an iframe with everything in it but the viewer's script, which all
-scenes of a book share. :func:`~dexterity.scenes.viewer.copy_viewer` puts it where they look for it.
+scenes of a book share. :func:`~dexterity.scenes.viewer.copy_viewer` puts it where they look for it, and
+:func:`~dexterity.scenes.page.standalone` into the scenes themselves, for a notebook.
 """
 
 from dexterity.scenes.mechanisms import Body, Slider
+from dexterity.scenes.page import standalone
 from dexterity.scenes.scene import Scene, side_by_side
 from dexterity.scenes.viewer import copy_viewer
 
-__all__ = ["Body", "Scene", "Slider", "copy_viewer", "side_by_side"]
+__all__ = ["Body", "Scene", "Slider", "copy_viewer", "side_by_side", "standalone"]

@@ -9,7 +9,7 @@ import matplotlib.colors
 
 from dexterity.chain import JointKind
 
-__all__ = ["AXIS_COLORS", "COLORS", "darker", "hex_color", "number"]
+__all__ = ["AXIS_COLORS", "COLORS", "TRIAD_COLOR", "darker", "hex_color", "number"]
 
 COLORS: Mapping[str, str] = MappingProxyType(
     {
@@ -30,6 +30,9 @@ AXIS_COLORS: Mapping[JointKind, str] = {
     "revolute": COLORS["orange"],
 }
 """Colours of joint axes."""
+
+TRIAD_COLOR = "#1f2933"
+"""Colour of the axes of a tool's frame, which letters tell apart."""
 
 
 def hex_color(color: str) -> str:

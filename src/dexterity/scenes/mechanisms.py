@@ -19,7 +19,7 @@ from dexterity.scenes.arguments import Array, finite_array, positive, rigid
 from dexterity.scenes.colors import hex_color
 from dexterity.scenes.shapes import Shape
 
-__all__ = ["Body", "Drive", "Mechanism", "Slider", "assembled", "labelled"]
+__all__ = ["Body", "Drive", "Mechanism", "Slider", "assembled", "labelled", "names_by_color"]
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,8 @@ class Body:
         Of its rods [m].
     color
         As in :meth:`~dexterity.scenes.scene.Scene.add_chain`.
+    letters
+        (3,) points in its own frame [m] by the letters that are drawn there.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Body:
     pins: Array = field(default_factory=lambda: np.zeros((0, 3)))
     radius: float = 0.04
     color: str = "#64748B"
+    letters: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ class Drive:
     turns: Array
 
     def at(self, values: Array) -> Array:
-        """Poses (..., 4, 4) for values (...), as ``scene.html`` interpolates them."""
+        """Poses (..., 4, 4) for values (...), as ``viewer.js`` interpolates them."""
         known = self.slider.values
         rows = np.concatenate([self.positions, self.turns], axis=1).T
         between = np.stack([np.interp(values, known, row) for row in rows], axis=-1)
@@ -132,6 +135,14 @@ def labelled(sliders: Sequence[Slider]) -> dict[str, Slider]:
     return by_label
 
 
+def names_by_color(bodies: Sequence[Body]) -> dict[str, str]:
+    """Names of the bodies of each colour, with the colour."""
+    names: dict[str, list[str]] = {}
+    for body in bodies:
+        names.setdefault(hex_color(body.color), []).append(body.name)
+    return {", ".join(of_color): color for color, of_color in names.items()}
+
+
 _Assembly: TypeAlias = tuple[dict[str, Array], dict[str, Drive], list[Shape]]
 
 
@@ -162,6 +173,11 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
             raise ValueError(f"{argument} has a rod without length")
         radius = positive(body.radius, f"{argument} radius")
         drawn += shapes.rods(path, rods, pins, radius, hex_color(body.color))
+        points = {
+            text: finite_array(point, f"{argument} letters {text!r}", (3,))
+            for text, point in body.letters.items()
+        }
+        drawn += shapes.letters(path, points)
     return frames, drives, drawn
 
 

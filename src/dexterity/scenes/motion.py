@@ -19,6 +19,7 @@ __all__ = ["BarMotion", "JointMotion", "joint_motion"]
 class JointMotion:
     """Values (m,) that a joint takes one after the other."""
 
+    name: str
     kind: JointKind
     values: Array
     frames_per_second: float
@@ -26,6 +27,12 @@ class JointMotion:
     def poses(self) -> Array:
         """Motion of the joint in each frame, (m, 4, 4)."""
         return joint_motion(self.kind, self.values)
+
+    def spans(self) -> list[tuple[float, float]]:
+        """Times [s] between which the joint moves."""
+        moves = np.concatenate([[False], np.diff(self.values) != 0, [False]])
+        ends = np.flatnonzero(moves[1:] != moves[:-1]) / self.frames_per_second
+        return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
     def clip(self) -> AnimationClip:
         """Keyframes for meshcat, without those inside a rest."""

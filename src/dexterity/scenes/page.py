@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterable, Mapping
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from string import Template
 
-__all__ = ["Html", "iframe", "row"]
+__all__ = ["Html", "iframe", "row", "standalone"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ def iframe(
     height: int,
     *,
     legend: Mapping[str, str],
-    grid: float,
+    remarks: Sequence[str],
     still: bytes,
     commands: str,
 ) -> str:
@@ -42,19 +43,19 @@ def iframe(
         [CSS pixels].
     legend
         Colours of what has an entry.
-    grid
-        Width of the floor's squares [m].
+    remarks
+        What else the legend says.
     still, commands
         The picture, in SVG, and what meshcat's viewer is to do, packed.
     """
-    rows = [
-        f'<li><i style="background:{color}"></i>{html.escape(text)}</li>' for text, color in legend.items()
-    ]
-    template = (resources.files(__package__) / "scene.html").read_text(encoding="utf-8")
-    page = Template(template).substitute(
+    swatch = '<i style="background:{0}" data-color="{0}"></i>'
+    entries = [f"{swatch.format(color)}{html.escape(text)}" for text, color in legend.items()]
+    page = Template(_text("scene.html")).substitute(
         title=html.escape(title),
         alt=html.escape(f"{title}: {parts}"),
-        legend="".join([*rows, f"<li>grid {grid:g} m</li>"]),
+        style=_text("scene.css"),
+        script=_text("panel.js") + _text("viewer.js"),
+        legend="".join(f"<li>{entry}</li>" for entry in [*entries, *map(html.escape, remarks)]),
         still=base64.b64encode(still).decode(),
         commands=commands,
     )
@@ -72,3 +73,26 @@ def row(shown: Iterable[tuple[str, str]]) -> Html:
         for title, content in shown
     )
     return Html(f'<div style="display:flex;flex-wrap:wrap;gap:0.75rem">{"".join(cells)}</div>')
+
+
+def standalone(shown: str) -> str:
+    """Put meshcat's viewer into each scene of some HTML, so that it moves outside of a book, as in a notebook.
+
+    Each scene then has a copy of the viewer, compressed to about 0.3 MB, and needs neither a server nor the
+    other scenes.
+
+    Parameters
+    ----------
+    shown
+        HTML with any number of scenes, such as the output of a notebook's cell. All else in it stays as it is.
+    """
+    script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_bytes()
+    inlined = base64.b64encode(zlib.compress(script, 9)).decode()
+    return shown.replace(html.escape(_EMPTY), html.escape(_EMPTY.replace("><", f">{inlined}<")))
+
+
+_EMPTY = '<script id="inlined-viewer" type="text/plain"></script>'
+
+
+def _text(name: str) -> str:
+    return (resources.files(__package__) / name).read_text(encoding="utf-8")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from dexterity.indices import Ellipsoid
 from dexterity.scenes import page, shapes, still, viewer
 from dexterity.scenes.arguments import Array, bar_lengths, finite_array, positive, rigid
 from dexterity.scenes.camera import View, camera_axes
-from dexterity.scenes.colors import AXIS_COLORS, hex_color
+from dexterity.scenes.colors import AXIS_COLORS, TRIAD_COLOR, hex_color
 from dexterity.scenes.frames import DrawnChain, axis_frame, chain_frames, in_world
-from dexterity.scenes.mechanisms import Body, Mechanism, Slider, assembled, labelled
+from dexterity.scenes.mechanisms import Body, Mechanism, Slider, assembled, labelled, names_by_color
 from dexterity.scenes.motion import BarMotion, JointMotion
 from dexterity.scenes.page import Html
 from dexterity.scenes.shapes import Shape
@@ -60,6 +61,8 @@ class Scene:
         self._sliders: list[str] = []
         self._mechanisms: dict[str, Mechanism] = {}
         self._legend: dict[str, str] = {}
+        self._remarks: list[str] = []
+        self._focus: Array | None = None
 
     def __repr__(self) -> str:
         return f"Scene({self._title!r})"
@@ -80,11 +83,12 @@ class Scene:
         axes: bool = True,
         color: str = "#64748B",
     ) -> None:
-        """Draw a chain: tubes from joint to joint, the joints' axes, the frame of the tool.
+        """Draw a chain: tubes from joint to joint, the joints' axes and the frame of the tool.
 
         A revolute axis is an arrow with a turning arrow about it, a prismatic axis a longer arrow of
         another colour. Prismatic joints that follow one another have their arrows together, at the last of
-        them. Nothing is drawn along the travel of a prismatic joint.
+        them. Nothing is drawn along the travel of a prismatic joint. Where tubes of several chains coincide,
+        those of the chain that was added first are seen.
 
         Parameters
         ----------
@@ -95,9 +99,10 @@ class Scene:
         name
             What the scene calls it; the chain's own name by default.
         axes
-            Whether to draw the axes, with the names of the joints.
+            Whether to draw the axes, with the names of the joints, and the frame of the tool.
         color
-            Of the links: a name of :data:`dexterity.scenes.colors.COLORS` or a colour of matplotlib.
+            Of the links, in the legend with the name: a name of :data:`dexterity.scenes.colors.COLORS` or a
+            colour of matplotlib.
 
         Raises
         ------
@@ -112,9 +117,12 @@ class Scene:
         self._frames |= frames
         self._chains[name] = DrawnChain(chain, q, joints)
         size = shapes.reach(chain) or 1.0
-        self._shapes += shapes.links(chain, joints, 0.016 * size, color)
-        self._shapes += shapes.triad(f"{joints[-1]}/link{chain.joints}", 0.12 * size)
+        radius = 0.016 * size * 0.97 ** (len(self._chains) - 1)
+        self._shapes += shapes.links(chain, joints, radius, color)
+        self._legend[name] = color
         if axes:
+            self._shapes += shapes.triad(f"{joints[-1]}/link{chain.joints}", 0.12 * size)
+            self._legend["tool frame xₜ, yₜ, zₜ"] = TRIAD_COLOR
             for i, kind in enumerate(chain.kinds):
                 bearer, T_bearer_axis = axis_frame(chain, i)
                 frame = self._add_frame(f"{joints[bearer]}/axis{i}", T_bearer_axis)
@@ -166,6 +174,7 @@ class Scene:
         self._add_frame(name, T)
         self._frames |= frames
         self._shapes += drawn
+        self._legend |= names_by_color(bodies)
         self._mechanisms[name] = Mechanism(tuple(by_label.values()), drives)
 
     def add_box(
@@ -192,7 +201,7 @@ class Scene:
             (4, 4) pose in the world of the centre of the box, with the joints of the chain at zero; the
             identity by default.
         name, color
-            What the scene calls it, and its colour as in :meth:`add_chain`.
+            What the scene calls it, also in its legend, and its colour as in :meth:`add_chain`.
 
         Raises
         ------
@@ -215,6 +224,7 @@ class Scene:
             T = np.linalg.inv(at_zero) @ T
         frame = self._add_frame(f"{parent}{self._new_name(name)}", T)
         self._shapes += shapes.box(frame, lengths, color)
+        self._legend[name] = color
 
     def add_ellipsoid(
         self,
@@ -237,7 +247,7 @@ class Scene:
         name, color
             What the scene calls it, also in its legend, and its colour as in :meth:`add_chain`.
         scale
-            Length in the scene [m] of a semi-axis of 1.
+            Length in the scene [m] of a semi-axis of 1; the legend states it.
 
         Raises
         ------
@@ -257,10 +267,10 @@ class Scene:
         color = hex_color(color)
         frame = self._add_frame(self._new_name(name), T)
         self._shapes += shapes.ellipsoid(frame, lengths, color)
-        self._legend[name] = color
+        self._legend[f"{name}, {scale:g} : 1"] = color
 
     def add_path(self, points: TensorLike, *, name: str = "path", color: str = "vermillion") -> None:
-        """Draw a curve through points.
+        """Draw straight lines from point to point, as thin on the screen from near as from afar.
 
         Parameters
         ----------
@@ -311,6 +321,27 @@ class Scene:
         self._shapes += shapes.dots(frame, points, size, color)
         self._legend[name] = color
 
+    def add_letters(self, points: Mapping[str, TensorLike], *, name: str = "letters") -> None:
+        """Write letters beside places, such as the names that a text has for points.
+
+        Parameters
+        ----------
+        points
+            (3,) points in the world [m] by their letters.
+        name
+            What the scene calls all of them.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken, there are no points, or one is not of that shape or not finite.
+        """
+        if not points:
+            raise ValueError("points is empty; one or more are needed")
+        places = {text: finite_array(point, f"points {text!r}", (3,)) for text, point in points.items()}
+        frame = self._add_frame(self._new_name(name), np.eye(4))
+        self._shapes += shapes.letters(frame, places)
+
     def add_bars(self, name: str, ends: TensorLike, *, radius: float = 0.02, color: str = "#64748B") -> None:
         """Draw round bars between pairs of points, such as the members of a structure.
 
@@ -347,8 +378,8 @@ class Scene:
     def animate(self, name: str, q_frames: TensorLike, *, frames_per_second: float = 24.0) -> None:
         """Let a chain move through joint values, over and over.
 
-        Between frames the joint values are interpolated. The controls of the viewer stop it, step through
-        it and change its speed. It does not start by itself for a reader who asked for less motion.
+        Between frames the joint values are interpolated. A reader can stop it and choose the time, and is
+        told which joints move. It does not start by itself for a reader who asked for less motion.
 
         Parameters
         ----------
@@ -375,7 +406,7 @@ class Scene:
         self._motions |= drawn.motions(frames, speed, "q_frames")
 
     def add_sliders(self, name: str) -> None:
-        """Give the reader a slider for each joint of a chain.
+        """Give the reader a slider for each joint of a chain, which arrow keys move too.
 
         It runs between the limits of the joint; where there is none, to π rad or 1 m either way.
 
@@ -434,11 +465,51 @@ class Scene:
 
     # ---- how it is shown --------------------------------------------------------------------------
 
+    def add_remark(self, text: str) -> None:
+        """Write a remark into the legend, such as the factor of what is drawn larger than it is.
+
+        Raises
+        ------
+        ValueError
+            If the remark is empty.
+        """
+        if not text.strip():
+            raise ValueError("text is empty; a remark is needed")
+        self._remarks.append(text)
+
+    def look_at(self, low: TensorLike, high: TensorLike) -> None:
+        """Let the camera look at a box alone, and not at all that is in the scene.
+
+        Two scenes that look at the same box from the same direction have the same camera.
+
+        Parameters
+        ----------
+        low, high
+            (3,) two opposite corners of the box, in the world [m].
+
+        Raises
+        ------
+        ValueError
+            If a corner is not of that shape or not finite, or both are the same.
+        """
+        corners = finite_array(low, "low", (3,)), finite_array(high, "high", (3,))
+        if (corners[0] == corners[1]).all():
+            raise ValueError("high is where low is; a box between them is needed")
+        self._focus = np.array(list(itertools.product(*np.transpose(corners))))
+
     def _repr_html_(self) -> str:
         """Return the iframe that shows the scene in a page or a notebook."""
-        places = self._places()
-        view = View.of(places, self._camera_axes, self._height)
-        floor, spacing = shapes.floor(places)
+        return self.html_with(self.region)
+
+    @property
+    def region(self) -> Array:
+        """Points (k, 3) in the world [m] that the picture holds, at rest and in every frame."""
+        return self._places() if self._focus is None else self._focus
+
+    def html_with(self, region: Array) -> str:
+        """Return the iframe that shows the scene with the camera at a region (k, 3) [m]."""
+        view = View.of(region, self._camera_axes, self._height)
+        floor, spacing = shapes.floor(region)
         drawn = [floor, *self._shapes]
         driven = {name: self._chains[name] for name in self._sliders}
         sliders = viewer.slider_commands(driven, self._mechanisms)
@@ -447,13 +518,13 @@ class Scene:
             ", ".join(self._names),
             self._height,
             legend=self._legend,
-            grid=spacing,
+            remarks=[*self._remarks, f"grid {spacing:g} m"],
             still=still.picture(drawn, in_world(self._frames), view),
             commands=viewer.packed_commands(drawn, self._frames, view, self._motions, sliders),
         )
 
     def _places(self) -> Array:
-        """Return points (k, 3) in the world that the picture must hold, at rest and in every frame."""
+        """Return points (k, 3) in the world of all that is drawn, at rest and in every frame."""
         if not self._shapes:
             return np.zeros((1, 3))
         moving = {path: motion.poses() for path, motion in self._motions.items()}
@@ -491,5 +562,10 @@ class Scene:
 
 
 def side_by_side(*scenes: Scene) -> Html:
-    """Set scenes in a row with their titles below; one under the other where the page is narrow."""
-    return page.row((scene.title, scene._repr_html_()) for scene in scenes)
+    """Set scenes in a row with their titles below; one under the other where the page is narrow.
+
+    Their cameras look at one region, which holds that of each scene, so that scenes which look from the same
+    direction have the same camera.
+    """
+    region = np.concatenate([scene.region for scene in scenes])
+    return page.row((scene.title, scene.html_with(region)) for scene in scenes)

@@ -32,7 +32,7 @@ from meshcat.visualizer import Visualizer
 from dexterity.chain import Chain, JointKind
 from dexterity.scenes.arguments import Array
 from dexterity.scenes.camera import View
-from dexterity.scenes.colors import AXIS_COLORS, COLORS, darker, number
+from dexterity.scenes.colors import AXIS_COLORS, TRIAD_COLOR, darker, number
 
 __all__ = [
     "Command",
@@ -43,6 +43,7 @@ __all__ = [
     "ellipsoid",
     "floor",
     "joint_axis",
+    "letters",
     "links",
     "path",
     "reach",
@@ -53,9 +54,10 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Command:
-    """A command that meshcat's viewer or ``scene.html`` knows and meshcat's Python side does not."""
+    """A command that ``viewer.js`` knows and meshcat does not, and the precision of its numbers."""
 
     fields: Mapping[str, object]
+    precision: str = "double"
 
     def lower(self) -> dict[str, object]:
         """Return the command as it goes to the viewer."""
@@ -162,6 +164,33 @@ class Curve(Shape):
 
 
 @dataclass(frozen=True)
+class Polyline(Shape):
+    """Straight lines from point to point (m, 3), as thin on the screen from near as from afar."""
+
+    frame: str
+    name: str
+    points: Array
+    color: str
+    layer: int = 2
+
+    pixels = 2.5
+
+    def places(self, T: Array) -> Array:
+        return _moved(T, self.points)
+
+    def record(self, root: Visualizer) -> None:
+        path = root[f"{self.frame}/{self.name}"].path.lower()
+        points = self.points.astype(np.float32).tolist()
+        line = {"path": path, "points": points, "pixels": self.pixels, "color": number(self.color)}
+        root.window.send(Command({"type": "set_path", **line}, precision="single"))
+
+    def paint(self, axes: Axes, view: View, T: Array, order: int) -> None:
+        x, y = np.round(view.project(self.places(T))[:, :2], 1).T
+        look: dict[str, Any] = {"solid_joinstyle": "miter", "clip_on": False}
+        axes.plot(x, y, color=self.color, linewidth=self.pixels, zorder=order, **look)
+
+
+@dataclass(frozen=True)
 class Hairlines(Shape):
     """Straight segments (k, 2, 3), one pixel wide."""
 
@@ -220,6 +249,7 @@ class Label(Shape):
     """Letters of constant size at a point (3,)."""
 
     frame: str
+    name: str
     text: str
     point: Array
     layer: int = 3
@@ -228,7 +258,7 @@ class Label(Shape):
         return _moved(T, self.point[None])
 
     def record(self, root: Visualizer) -> None:
-        anchor = root[f"{self.frame}/label"]
+        anchor = root[f"{self.frame}/{self.name}"]
         anchor.set_transform(_at(self.point))
         anchor.window.send(Command({"type": "set_label", "path": anchor.path.lower(), "text": self.text}))
 
@@ -287,15 +317,21 @@ def joint_axis(frame: str, kind: JointKind, size: float, joint: str) -> list[Sha
         tip = turn[-1] + np.array([0.2 * size, 0.0, 0.0])
         shapes.append(Curve(frame, "turn", turn, 0.022 * size, color))
         shapes.append(_tube(frame, "turn-head", (turn[-1], tip), (0.07 * size, 0.0), color))
-    return [*shapes, Label(frame, joint, (length + 0.2 * size) * z)]
+    return [*shapes, Label(frame, "label", joint, (length + 0.2 * size) * z)]
 
 
 def triad(frame: str, size: float) -> list[Shape]:
-    """Arrows along x in red, y in green and z in blue."""
-    colors = (COLORS["vermillion"], COLORS["bluish green"], COLORS["blue"])
-    axes = zip("xyz", np.eye(3), colors, strict=True)
-    arrows = (_arrow(frame, name, size * axis, 0.05 * size, color) for name, axis, color in axes)
-    return list(itertools.chain.from_iterable(arrows))
+    """Arrows along a tool's x, y and z, with these letters."""
+    shapes: list[Shape] = []
+    for name, axis in zip("xyz", np.eye(3), strict=True):
+        shapes += _arrow(frame, name, size * axis, 0.05 * size, TRIAD_COLOR)
+        shapes.append(Label(frame, f"label-{name}", f"{name}ₜ", 1.2 * size * axis))
+    return shapes
+
+
+def letters(frame: str, points: Mapping[str, Array]) -> list[Shape]:
+    """Names at points (3,)."""
+    return [Label(frame, f"letter{i}", text, point) for i, (text, point) in enumerate(points.items())]
 
 
 def box(frame: str, lengths: Array, color: str) -> list[Shape]:
@@ -331,8 +367,8 @@ def ellipsoid(frame: str, semi_axes: Array, color: str) -> list[Shape]:
 
 
 def path(frame: str, points: Array, color: str) -> list[Shape]:
-    """Curve through points (m, 3), as thick as suits its extent."""
-    return [Curve(frame, "curve", points, 0.008 * float(np.linalg.norm(np.ptp(points, axis=0))), color)]
+    """Lines from point to point (m, 3)."""
+    return [Polyline(frame, "line", points, color)]
 
 
 def dots(frame: str, points: Array, size: float, color: str) -> list[Shape]:

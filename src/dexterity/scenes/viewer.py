@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import itertools
-import json
 import math
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -70,6 +69,7 @@ def packed_commands(
         for path, motion in motions.items():
             animation.clips[_node(path)] = motion.clip()
         root.set_animation(animation, repetitions=math.inf)
+        recorder.send(_moving(motions.values()))
     for slider in sliders:
         recorder.send(slider)
     return recorder.packed()
@@ -93,8 +93,8 @@ class _Recorder:
         if isinstance(command, SetObject):
             for element in (command.object, command.object.geometry, command.object.material):
                 element.uuid = f"{next(self._ids):x}"
-        # Poses go in the precision that WebGL draws in; the numbers of a slider are to be read.
-        precision = "double" if isinstance(command, Command) else "single"
+        # Places go in the precision that WebGL draws in; the numbers of a slider are to be read.
+        precision = command.precision if isinstance(command, Command) else "single"
         self._commands.append(umsgpack.packb(command.lower(), force_float_precision=precision))
 
     def packed(self) -> str:
@@ -115,6 +115,17 @@ def slider_commands(
     for name, mechanism in mechanisms.items():
         for slider in mechanism.sliders:
             yield _mechanism_slider(_untaken(slider.label, name, taken), slider, mechanism.drives)
+
+
+def _moving(motions: Iterable[JointMotion | BarMotion]) -> Command:
+    """Names of the joints that move by themselves, and when [s]."""
+    spans = [
+        {"name": motion.name, "start": start, "end": end}
+        for motion in motions
+        if isinstance(motion, JointMotion)
+        for start, end in motion.spans()
+    ]
+    return Command({"type": "set_moving", "spans": spans})
 
 
 def _untaken(label: str, name: str, taken: set[str]) -> str:
@@ -146,20 +157,15 @@ def _joint_slider(label: str, drawn: DrawnChain, joint: int) -> Command:
     value, kind = float(drawn.q[joint]), drawn.chain.kinds[joint]
     unlimited = math.pi if kind == "revolute" else 1.0
     lower, upper = float(drawn.chain.lower[joint]), float(drawn.chain.upper[joint])
-    if kind == "revolute":
-        motion = "'quaternion', [0, 0, Math.sin(value / 2), Math.cos(value / 2)]"
-    else:
-        motion = "'position', [0, 0, value]"
-    node = json.dumps(_node(drawn.joints[joint]).entries)
-    control = {
-        "name": label,
-        "callback": f"value => {{ viewer.set_property({node}, {motion}); viewer.set_dirty(); }}",
+    slider = {
+        "label": label,
         "value": value,
         "min": lower if math.isfinite(lower) else min(-unlimited, value),
         "max": upper if math.isfinite(upper) else max(unlimited, value),
         "step": 0.01,
+        "joint": {"node": _node(drawn.joints[joint]).entries, "kind": kind},
     }
-    return Command({"type": "set_control", **control})
+    return Command({"type": "set_slider", **slider})
 
 
 def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, Drive]) -> Command:
@@ -173,17 +179,16 @@ def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, Drive]) -
         for path, drive in drives.items()
         if drive.slider.label == slider.label
     ]
-    table = json.dumps({"values": slider.values.round(6).tolist(), "bodies": moved}, separators=(",", ":"))
     span = float(slider.values[-1] - slider.values[0])
-    control = {
-        "name": label,
-        "callback": f"value => moveBodies(value, {table})",
+    made = {
+        "label": label,
         "value": slider.start,
         "min": float(slider.values[0]),
         "max": float(slider.values[-1]),
         "step": 10.0 ** math.floor(math.log10(span / 100)),
+        "table": {"values": slider.values.round(6).tolist(), "bodies": moved},
     }
-    return Command({"type": "set_control", **control})
+    return Command({"type": "set_slider", **made})
 
 
 def _node(path: str) -> NodePath:

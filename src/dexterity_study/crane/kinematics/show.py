@@ -15,7 +15,7 @@ from matplotlib.patches import Circle
 from torch import Tensor
 
 from dexterity import crane
-from dexterity.crane.description import Point
+from dexterity.crane.description import Linkage, Point
 from dexterity.crane.kinematics import turned
 from dexterity.scenes import Body, Scene, Slider
 from dexterity.scenes.colors import COLORS
@@ -29,7 +29,6 @@ from dexterity_study.page.tables import over_seeds, show
 
 PAPER = load_paper("rouvinen1999")
 SLIDERS = ("s₁ lift [m]", "s₂ jib [m]", "s₃ extension [m]")
-GREY = "#64748B"
 
 
 def tips(strokes: Tensor) -> Markup:
@@ -100,7 +99,8 @@ def _training_tips() -> np.ndarray:
 def scene() -> Scene:
     """Draw the crane with a slider for each stroke, and the tips of the training data."""
     title = "The rigid crane and where its tip was put for training"
-    drawn = Scene(title, height=520, view_from=(0.25, -1.0, 0.15))
+    drawn = Scene(title, height=520, view_from=(0.15, -1.0, 0.1))
+    drawn.look_at((-0.3, 0.0, -2.0), (6.0, 0.0, 5.5))
     upright = [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]
     drawn.add_mechanism(*mechanism(), name="crane", pose=upright)
     points = np.insert(_training_tips(), 1, 0.0, axis=1)
@@ -136,30 +136,41 @@ def mechanism(start: Sequence[float] = (0.25, 0.3, 0.5), steps: int = 61) -> tup
         ("crank", "lift arm", jib, links.crank_joint, pin, links.crank, 0.04, "bluish green"),
         ("coupler", "lift arm", jib, pin, coupler_pin, links.coupler, 0.04, "bluish green"),
         ("lift cylinder", "pillar", lift, lift_foot, lift_rod, 0.92 * lift_length, 0.055, "black"),
-        (
-            "lift cylinder's rod",
-            "pillar",
-            lift,
-            lift_rod,
-            lift_foot,
-            0.1 * lift_length + upper[0],
-            0.03,
-            GREY,
-        ),
+        ("lift rod", "pillar", lift, lift_rod, lift_foot, 0.1 * lift_length + upper[0], 0.03, "black"),
         ("jib cylinder", "lift arm", jib, jib_foot, pin, 0.92 * jib_length, 0.055, "black"),
-        ("jib cylinder's rod", "lift arm", jib, pin, jib_foot, 0.1 * jib_length + upper[1], 0.03, GREY),
+        ("jib rod", "lift arm", jib, pin, jib_foot, 0.1 * jib_length + upper[1], 0.03, "black"),
     ):
         ends = (torch.as_tensor(end, dtype=torch.float64) for end in (second, first))
         angle = direction(torch.sub(*ends))
         parts.append((name, on, slider, angle, first, [(0, 0), (length, 0)], radius, color))
-    bodies = [Body("pillar", rods=_rods(pillar))]
+    letters = _letters(links)
+    bodies = [Body("pillar", rods=_rods(pillar), letters=letters["pillar"])]
     for name, on, slider, angle, origin, ends, radius, color in parts:
         T = torch.eye(4, dtype=torch.float64).repeat(steps, 1, 1)
         T[:, :2, 3] = torch.as_tensor(origin, dtype=torch.float64)
         T[:, :2, :2] = torch.stack([turned(angle, (1.0, 0.0)), turned(angle, (0.0, 1.0))], dim=-1)
         rods = _rods(ends)
-        bodies.append(Body(name, on, slider, T.numpy(), rods, rods[0, :1], radius, color))
+        bodies.append(
+            Body(name, on, slider, T.numpy(), rods, rods[0, :1], radius, color, letters.get(name, {}))
+        )
     return bodies, [Slider(*one) for one in zip(SLIDERS, (own.numpy() for own in values), start, strict=True)]
+
+
+def _letters(links: Linkage) -> dict[str, dict[str, np.ndarray]]:
+    """Return the thesis's letters by body, with the points that they stand for in its frame [m]."""
+    named = {
+        "pillar": {"B": links.lift_joint, "C": links.lift_cylinder_foot},
+        "lift arm": {
+            "D": links.lift_cylinder_rod,
+            "E": links.jib_cylinder_foot,
+            "F": links.crank_joint,
+            "G": links.jib_joint,
+        },
+        "crank": {"H": (links.crank, 0.0)},
+        "jib arm": {"I": links.coupler_pin, "J": links.extension_joint},
+        "extension": {"tip": (0.0, 0.0)},
+    }
+    return {body: {text: np.append(at, 0.0) for text, at in own.items()} for body, own in named.items()}
 
 
 def _rods(ends: Sequence[Point | np.ndarray]) -> np.ndarray:

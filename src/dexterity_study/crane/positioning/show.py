@@ -1,16 +1,27 @@
-"""Figures and tables of the chapter on four ways to position."""
+"""Figures, tables and the scene of the chapter on four ways to position."""
 
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+import torch
 from matplotlib.figure import Figure
 from torch import Tensor
 
-from dexterity.crane import TEST_PAYLOADS, TEST_POINTS
+from dexterity.crane import TEST_PAYLOADS, TEST_POINTS, positioning
+from dexterity.crane.shape import bars
+from dexterity.scenes import Scene
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.crane.positioning.experiment import METHODS, NONE
+from dexterity_study.crane.positioning.experiment import (
+    DIRECT,
+    EXACT,
+    INVERSE,
+    METHODS,
+    MODULAR,
+    NONE,
+    answers,
+)
 from dexterity_study.crane.positioning.verdicts import LEFT_OUT, NAMES, TOLERANCES, at, distance, named
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -19,6 +30,17 @@ from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import over_seeds, show
 
 PAPER = load_paper("rouvinen1999")
+MAGNIFIED = 10.0
+"""Factor of errors as they are drawn."""
+
+VIEW = (0.3, -1.0, 0.25)
+TIP_COLORS = {
+    NONE: "black",
+    EXACT: "bluish green",
+    DIRECT: "blue",
+    MODULAR: "orange",
+    INVERSE: "vermillion",
+}
 
 
 def means(errors: Tensor) -> Markup:
@@ -60,6 +82,28 @@ def missed(stored: Evidence) -> str:
     far = ~stored["methods"].array("near").astype(bool)
     hardest = named([far.mean(0).argmax() // len(TEST_PAYLOADS)])
     return f"{np.median(far.mean(1)):.0%} of the points end farther away than the tolerance, most often {hardest}"
+
+
+def four_tips(point: tuple[float, float] = (6.0, 2.0), payload: float = 310.0, epochs: int = 100) -> Scene:
+    """Draw the loaded crane at a point [m], and where each way of the first seed puts the tip instead."""
+    task = positioning.thesis_task([point], [payload])
+    placements = {NONE: positioning.uncompensated(task), **answers(task, 0, epochs)}
+    x, y = point
+    scene = Scene(f"Where the tip ends that is to be at ({x:g}, {y:g}) m with {payload:g} kg", view_from=VIEW)
+    scene.add_remark(f"errors drawn {MAGNIFIED:g} : 1")
+    shape = bars(placements[EXACT].strokes[0]).loaded(payload)
+    scene.add_bars("crane on the target", _upright(shape), radius=0.03)
+    for method, color in TIP_COLORS.items():
+        miss = positioning.errors(task, placements[method]).each[0]
+        ends = torch.stack([task.targets[0], task.targets[0] - MAGNIFIED * miss])
+        name = f"{method}, {1e3 * miss.norm():.0f} mm off"
+        scene.add_bars(name, _upright(ends)[None], radius=0.03, color=color)
+    return scene
+
+
+def _upright(points: Tensor) -> np.ndarray:
+    """Return points (..., 2) of the crane's plane in the world, where the crane's y is z."""
+    return np.insert(points.numpy(), 1, 0.0, axis=-1)
 
 
 def by_point(stored: Evidence) -> Figure:

@@ -48,8 +48,8 @@ def deflections(strokes: Tensor, payloads: list[float]) -> Markup:
 
 def scene(point: tuple[float, float] = (6.0, 2.0), frames: int = 25) -> Scene:
     """Draw the crane that reaches a point, from no payload to its rating and back."""
-    title = f"The crane from no payload to its rating, displacements drawn {MAGNIFIED:.0f} times"
-    drawn = Scene(title, view_from=(0.3, -1, 0.25))
+    drawn = Scene("The crane from no payload to its rating", view_from=(0.3, -1, 0.25))
+    drawn.add_remark(f"displacements drawn {MAGNIFIED:.0f} : 1")
     unloaded, moving = swaying_bars(point, frames)
     drawn.add_bars("without any weight", unloaded, radius=0.012, color="#94A3B8")
     for (part, ends), color, radius in zip(moving.items(), PART_COLORS, PART_RADII, strict=True):

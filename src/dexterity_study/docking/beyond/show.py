@@ -1,4 +1,4 @@
-"""Figures and tables of the chapter on more points, a tilted vehicle and a wall."""
+"""Figures, tables and scenes of the chapter on more points, a tilted vehicle and a wall."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import pandas as pd
+import torch
 from matplotlib.figure import Figure
 
 from dexterity import docking, robots
 from dexterity.docking import DockingProblem
+from dexterity.docking.area import Face
+from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
 from dexterity.search import ZoomOptions
+from dexterity_study.docking import scenes
 from dexterity_study.docking.area.show import AREA
 from dexterity_study.docking.beyond.experiment import TILTED, genetic
 from dexterity_study.docking.beyond.verdicts import shares
@@ -83,6 +87,26 @@ def optimum(stored: Evidence, face: str) -> Markup:
     table["by evolution"] /= DockingProblem.manipulability_weight
     names = [f"{LABELS[reading]}, tilt to {tilt} rad" for reading, _, tilt in best.index]
     return show(table.drop(columns="fitness").set_axis(names), "{:.4f}")
+
+
+def tilted_scene(stored: Evidence, tilt: float = 0.3) -> Scene:
+    """Set the vehicle at its best pose with roll and pitch, and the arm at the four corners."""
+    scene = _best_scene(stored, "top", tilt, f"Docked on top with roll and pitch up to {tilt:g} rad")
+    scene.look_at((-1.1, -0.5, 0.0), (0.2, 0.3, 0.6))
+    return scene
+
+
+def wall_scene(stored: Evidence) -> Scene:
+    """Set the vehicle at its best pose at the side of the block, and the arm at the four corners."""
+    return _best_scene(stored, "side", 0.0, "Docked upright at the side of the block")
+
+
+def _best_scene(stored: Evidence, face: Face, tilt: float, title: str) -> Scene:
+    reading, scene = CASES["fitted, or"], scenes.stage(title, face)
+    best = stored["optimum"].where(reading, face=face).set_index("tilt").loc[tilt]
+    pose = torch.tensor(best.reindex(TILTED).fillna(0.0).to_numpy(dtype=float))
+    scenes.add_docked(scene, arm_of(genetic.reading(reading)), pose, face)
+    return scene
 
 
 def room_to_turn(yaws: Sequence[float]) -> Markup:

@@ -29,8 +29,14 @@ def configurations(arm: Chain, pose: Tensor) -> Tensor:
 def four_ways(title: str, arm: Chain, pose: Tensor) -> scenes.Scene:
     """Set the four branches of a pose that differ in shoulder and elbow."""
     scene = scenes.Scene(title, view_from=(0.6, -1, 0.5))
-    for i, (q, color) in enumerate(zip(configurations(arm, pose)[:4], PALETTE, strict=True), start=1):
-        scene.add_chain(arm, q, name=f"branch {i}", axes=False, color=color)
+    branches = configurations(arm, pose)[:4]
+    places = arm.joint_frames(branches)[..., :3, 3]
+    alike = torch.isclose(places[:, None], places).flatten(2).all(-1)
+    for i, color in enumerate(PALETTE):
+        same = alike[i].nonzero().flatten().tolist()
+        if same[0] == i:
+            name = " and ".join(f"branch {one}" for one in same)
+            scene.add_chain(arm, branches[i], name=name, axes=False, color=color)
     return scene
 
 

@@ -12,14 +12,12 @@ import torch
 from matplotlib.figure import Figure
 from torch import Tensor
 
-from dexterity import docking
 from dexterity.docking import Docking, DockingProblem
 from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
 from dexterity.search import GeneticSearch
-from dexterity_study.claims.ledger import load_paper
-from dexterity_study.docking.cases import CASES, CORNERS, arm_of, configuration_at
-from dexterity_study.docking.inverse_kinematics.show import PALETTE
+from dexterity_study.docking import scenes
+from dexterity_study.docking.cases import CASES, arm_of
 from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES, VEHICLE, genetic
 from dexterity_study.docking.search.verdicts import found, optima
 from dexterity_study.engine.evidence import Evidence
@@ -33,8 +31,6 @@ STYLES: dict[str, Any] = {
 }
 LABELS = {reading: case for case, reading in CASES.items()}
 LABELS |= {alone: f"{LABELS[reading]}, b = 0" for reading, alone in ALONE.items()}
-PAPER = load_paper("sotiropoulos2011")
-BODY = PAPER.printed("vehicle")
 
 
 def written(row: pd.Series) -> str:
@@ -132,18 +128,15 @@ def table_3(stored: Evidence) -> Markup:
     """Set the printed runs, and how far the vehicle's foot has to move to their poses."""
     names = ("x [m]", "y [m]", "z [m]", "ψ [rad]", "M_a printed", "fitness printed")
     claims = (*(f"poses-{name}" for name in VARIABLES), "area-manipulability-of-runs", "fitness-of-runs")
-    printed = {name: PAPER.printed(claim) for name, claim in zip(names, claims, strict=True)}
+    printed = {name: scenes.PAPER.printed(claim) for name, claim in zip(names, claims, strict=True)}
     distance = stored["table_3"].where().set_index("run")["distance"]
     return show(pd.DataFrame({**printed, "D [m]": distance}, index=distance.index))
 
 
 def docked_scene(title: str, pose: Tensor, reading: str = "fitted-arm=fitted") -> Scene:
     """Set the block, the hook, the vehicle docked at a pose (4,), and the arm at every corner it reaches."""
-    scene, arm = _stage(title), arm_of(genetic.reading(reading))
-    scene.add_box(BODY, pose=docking.base_pose(pose) @ _body_on_base(), name="vehicle")
-    for corner, color in zip(CORNERS, PALETTE, strict=True):
-        if (q := configuration_at(arm, pose, corner)) is not None:
-            scene.add_chain(docking.on_base(arm, pose), q, name=corner, axes=False, color=color)
+    scene = _stage(title)
+    scenes.add_docked(scene, arm_of(genetic.reading(reading)), pose)
     return scene
 
 
@@ -153,25 +146,20 @@ def search_scene(search: GeneticSearch, frames: int = 6) -> Scene:
     best = torch.unique_consecutive(search.points, dim=0)
     best[:, 3] = torch.tensor(np.unwrap(best[:, 3].numpy()))
     scene.add_chain(VEHICLE, best[0], name="arm's base", axes=False)
-    scene.add_box(BODY, on="arm's base", joint=4, pose=_body_on_base(), name="vehicle")
+    scene.add_box(scenes.BODY, on="arm's base", joint=4, pose=scenes.body_on_base(), name="vehicle")
     share = torch.linspace(0, 1, frames + 1, dtype=torch.float64)[:frames, None]
     moves = [torch.lerp(a, b, share) for a, b in pairwise(best)]
     scene.animate("arm's base", torch.cat([*moves, best[-1].expand(4 * frames, 4)]), frames_per_second=12)
-    scene.add_path(best[:, :3], name="way of the best pose")
+    scene.add_path(best[:, :3], name="path of the best pose", color="blue")
+    scene.look_at((-1.2, -1.2, -0.1), (1.2, 1.2, 0.8))
     return scene
 
 
 def _stage(title: str) -> Scene:
-    scene, block = Scene(title, view_from=(-1.0, -0.5, 0.8)), PAPER.printed("block")
-    scene.add_box(block, pose=docking.base_pose([0, 0, -block[2] / 2, 0]), name="block", color="orange")
-    scene.add_path([*CORNERS.values(), CORNERS["K"]], name="task area")
+    """Set the block with the task area and the hook in its middle, that the vehicle holds on to."""
+    scene = scenes.stage(title)
     turn = np.linspace(-0.5 * np.pi, np.pi, 13)
-    hook = np.stack([0.04 * np.cos(turn), 0 * turn, 0.12 + 0.04 * np.sin(turn)], axis=1)
-    scene.add_path(np.vstack([np.zeros(3), hook]), name="hook", color="black")
+    bend = np.stack([0.04 * np.cos(turn), 0 * turn, 0.12 + 0.04 * np.sin(turn)], axis=1)
+    hook = np.vstack([np.zeros(3), bend])
+    scene.add_bars("hook", np.stack([hook[:-1], hook[1:]], axis=1), radius=0.006, color="black")
     return scene
-
-
-def _body_on_base() -> Tensor:
-    """Middle of the vehicle as the arm's base sees it: behind it, its bottom as low as the foot."""
-    length, _, height = BODY
-    return docking.base_pose([-length / 2, 0, DockingProblem.foot[2] + height / 2, 0])

@@ -29,8 +29,8 @@ def velocity_scene() -> scenes.Scene:
     arm, _ = _of_the_arm()
     return _ellipsoid_scene(
         "Velocity ellipsoids: whole UVMS, arm alone, and the ball inside",
-        (whole, "whole UVMS", "blue", 0.3),
-        (arm, "arm alone", "orange", 0.3),
+        (whole, "velocity, whole UVMS", "blue", 0.3),
+        (arm, "velocity, arm alone", "orange", 0.3),
         (Ellipsoid(arm.axes, arm.semi_axes[-1:].expand(3)), "ball inside", "bluish green", 0.3),
     )
 

@@ -45,11 +45,14 @@ def two_rankings(q: Tensor) -> Figure:
 
 def best_and_worst(q: Tensor, task: str) -> Html:
     """Set the best and the worst candidate for a task beside each other."""
-    order = tasks.rank(robots.uvms(), q, task).order
-    pair = [
-        vehicle_scene(f"{task.capitalize()}: the {which} candidate", q[place], axes=False, height=340)
-        for which, place in (("best", order[0]), ("worst", order[-1]))
-    ]
+    ranking = tasks.rank(robots.uvms(), q, task)
+    pair = []
+    for which, place in (("best", ranking.order[0]), ("worst", ranking.order[-1])):
+        value = f"{SYMBOLS[ranking.task.index]} = {ranking.values[place]:.2g}"
+        title = f"{task.capitalize()}: the {which} candidate, {value}"
+        scene = vehicle_scene(title, q[place], axes=False, height=380)
+        scene.add_points(robots.uvms().forward(q[place])[None, :3, 3], name="tool", size=0.14, color="vermillion")
+        pair.append(scene)
     return scenes.side_by_side(*pair)
 
 

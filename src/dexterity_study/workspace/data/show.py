@@ -1,6 +1,8 @@
-"""Figures and tables of the chapter on the data of paper C, from rows of its experiments."""
+"""Figures, tables and scenes of the chapter on the data of paper C, from rows of its experiments."""
 
 from __future__ import annotations
+
+from typing import TypeAlias
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,8 +11,10 @@ import torch
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from dexterity import workspace
+from dexterity import scenes, spatial, workspace
 from dexterity.scenes.colors import COLORS
+from dexterity.scenes.page import Html
+from dexterity.workspace import reachability
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
@@ -19,7 +23,15 @@ from dexterity_study.page.tables import show
 from dexterity_study.workspace.data import verdicts
 from dexterity_study.workspace.data.experiment import fanuc_arm
 
+Links: TypeAlias = tuple[float, float, float, float]
+
 LENGTHS = ("d₃", "d₄", "a₂", "a₃")
+ARMS: dict[str, Links] = {"PUMA 560": (0.15, 0.4318, 0.4318, 0.0203), "a shorter arm": (0.1, 0.15, 0.3, 0.05)}
+"""Lengths d₃, d₄, a₂, a₃ [m] of two arms of the family."""
+
+HALF_SIDE = 0.4
+"""Half the side of the cube from which positions are drawn [m]."""
+
 CHECKS = {
     "tried": ("poses tried", "{:,}"),
     "disagreements": ("rule and branches disagree", "{:,}"),
@@ -50,17 +62,42 @@ def step_errors(stored: Evidence) -> Figure:
 
 def reach_in_a_plane() -> Figure:
     """Draw what two arms reach in a vertical plane through the first axis."""
-    arms = {"PUMA 560": (0.15, 0.4318, 0.4318, 0.0203), "a shorter arm": (0.1, 0.15, 0.3, 0.05)}
     side = torch.linspace(-0.9, 0.9, 361, dtype=torch.float64)
     x, z = torch.meshgrid(side, side, indexing="xy")
     fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.5), sharey=True)
-    for ax, (name, links) in zip(panels, arms.items(), strict=True):
+    for ax, (name, links) in zip(panels, ARMS.items(), strict=True):
         reach = workspace.reachable(links, torch.stack([x, 0 * x, z], -1))
         ax.contourf(x, z, reach, levels=[0.5, 1.5], colors=[COLORS["sky blue"]])
-        ax.add_patch(Rectangle((-0.4, -0.4), 0.8, 0.8, fill=False, linestyle="--"))
+        ax.add_patch(Rectangle((-HALF_SIDE, -HALF_SIDE), 2 * HALF_SIDE, 2 * HALF_SIDE, fill=False, linestyle="--"))
         ax.set(title=name, xlabel="x [m]", aspect="equal")
     panels[0].set(ylabel="z [m]")
     return fig
+
+
+def family(tool: tuple[float, float, float] = (0.3, 0.1, 0.25)) -> Html:
+    """Set two arms with the tool at one place [m], their four lengths, and what they reach in a plane."""
+    return scenes.side_by_side(*(_arm_scene(name, links, tool) for name, links in ARMS.items()))
+
+
+def _arm_scene(name: str, links: Links, tool: tuple[float, float, float]) -> scenes.Scene:
+    T = spatial.pose(torch.eye(3, dtype=torch.float64), torch.tensor(tool, dtype=torch.float64))
+    placed = reachability.frames(links, reachability.inverse(links, T)[0])
+    _, shoulder, elbow, forearm, wrist = placed.origins[:5]
+    beside = elbow + links[0] * placed.rotations[2, :, 2]
+    ends = {"a₂": (shoulder, elbow), "d₃": (elbow, beside), "a₃": (beside, forearm), "d₄": (forearm, wrist)}
+    scene = scenes.Scene(name, height=400, view_from=(0.4, -1.0, 0.5))
+    for (length, bar), color in zip(ends.items(), ("blue", "vermillion", "black", "orange"), strict=True):
+        title = f"{length} = {links[LENGTHS.index(length)]:g} m"
+        scene.add_bars(title, torch.stack(bar)[None], radius=0.018, color=color)
+    axis = [(0.0, 0.0, -HALF_SIDE), (0.0, 0.0, HALF_SIDE)]
+    scene.add_path(axis, name="first axis", color="bluish green")
+    scene.add_points([tool], name="tool", size=0.05, color="reddish purple")
+    scene.add_box([2 * HALF_SIDE] * 3, name="cube of positions", color="#64748B")
+    side = torch.linspace(-HALF_SIDE, HALF_SIDE, 33, dtype=torch.float64)
+    plane = torch.stack(torch.meshgrid(side, side.new_zeros(1), side, indexing="ij"), dim=-1).reshape(-1, 3)
+    reached = plane[workspace.reachable(links, plane)]
+    scene.add_points(reached, name="in reach, in the plane y = 0", size=0.012, color="sky blue")
+    return scene
 
 
 def checks(stored: Evidence, live: Table) -> Markup:

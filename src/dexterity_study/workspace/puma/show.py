@@ -66,13 +66,16 @@ def difference_scene(stored: Evidence, network: str) -> Scene:
 def tracking_scene(stored: Evidence) -> Scene:
     """Show the arm on its way round the circle, with the exact Jacobian and that of the first network."""
     scene, arm = Scene("Round a circle by resolved rates", view_from=(1.0, 0.3, 0.6)), puma.tracking_arm()
-    for name, experiment, color in (("rotation", "learned", "vermillion"), ("exact", "loops", "blue")):
+    for name, experiment, color, of_path in (
+        ("rotation", "learned", "vermillion", "orange"),
+        ("exact", "loops", "blue", "sky blue"),
+    ):
         q = stored[experiment].array("q")[0, 0].astype(np.float64)
         frames, title = q[~np.isnan(q[:, 0])], f"{name} Jacobian"
         scene.add_chain(arm, frames[0], name=title, axes=False, color=COLORS[color])
         if len(frames) > 1:
             scene.animate(title, frames, frames_per_second=20)
-        scene.add_path(arm.forward(frames)[:, :3, 3], name=f"tool, {title}", color=color)
+        scene.add_path(arm.forward(frames)[:, :3, 3], name=f"tool, {title}", color=of_path)
     return scene
 
 
