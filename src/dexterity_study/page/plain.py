@@ -67,8 +67,8 @@ class References:
         written, _, target = text.rpartition("<")
         if written:
             return written.strip()
-        _, document = self.env.relfn2path(target, page)
-        return f'"{self.env.titles[self.env.path2doc(document) or target].astext()}"'
+        document, _ = self.env.relfn2path(target, page)
+        return f'"{self.env.titles[document].astext()}"'
 
     def _cited(self, keys: str, form: str) -> str:
         entries = {one.key: one.entry for one in self.env.get_domain("cite").citations}  # type: ignore[attr-defined]

@@ -1,5 +1,7 @@
 """Sphinx extension of the book: captions, hover texts, downloads of notebooks, the viewer of the scenes."""
 
+import html
+import json
 import shutil
 import zipfile
 from pathlib import Path
@@ -7,6 +9,7 @@ from typing import Any
 
 import joblib
 import nbformat
+from docutils import nodes
 from sphinx.application import Sphinx
 
 from dexterity import scenes, store
@@ -15,6 +18,9 @@ from dexterity_study.page.plain import References, plain
 
 ARCHIVE = "notebooks.zip"
 """All executed notebooks, beside the start page."""
+
+LEADS = "leads.js"
+"""First paragraphs of all pages, for the search."""
 
 _LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever the archive is made
 
@@ -26,6 +32,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("doctree-resolved", hovers.explain)
     app.connect("env-updated", _write_in_parallel)
     app.connect("html-page-context", _offer_notebooks, priority=502)  # after the theme's own buttons
+    app.connect("html-page-context", _describe)
     app.connect("build-finished", _copy_files)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
@@ -69,16 +76,34 @@ def _buttons(app: Sphinx, page: str, pathto: Any) -> list[dict[str, str]]:
     ]
 
 
+def _describe(app: Sphinx, page: str, _template: str, context: dict[str, Any], tree: Any) -> None:
+    """Describe a page by its first paragraph; the search shows it, from a file that it loads."""
+    if page == "search":
+        app.add_js_file(LEADS)
+    elif tree is not None and (text := lead(tree)):
+        context["metatags"] += f'\n<meta name="description" content="{html.escape(text)}">'
+
+
+def lead(tree: nodes.document) -> str:
+    """Return the first paragraph of a page as plain text, empty if it has none."""
+    first = next(iter(tree.findall(nodes.paragraph)), None)
+    return "" if first is None else " ".join(first.astext().split())
+
+
 def _copy_files(app: Sphinx, exception: Exception | None) -> None:
     if exception is not None:
         return
-    html = Path(app.outdir)
-    scenes.copy_viewer(html / "_static" / "meshcat")
-    notebooks = html.parent / "notebooks"
+    root = Path(app.outdir)
+    scenes.copy_viewer(root / "_static" / "meshcat")
+    leads = {page: lead(app.env.get_doctree(page)) for page in sorted(app.env.found_docs)}
+    store.write_atomically(
+        root / "_static" / LEADS, f"window.leads = {json.dumps(leads, ensure_ascii=False)};\n"
+    )
+    notebooks = root.parent / "notebooks"
     _write_notebooks(app, notebooks)
-    shutil.rmtree(html / "notebooks", ignore_errors=True)
-    shutil.copytree(notebooks, html / "notebooks")
-    pack(notebooks, html / ARCHIVE)
+    shutil.rmtree(root / "notebooks", ignore_errors=True)
+    shutil.copytree(notebooks, root / "notebooks")
+    pack(notebooks, root / ARCHIVE)
 
 
 def _write_notebooks(app: Sphinx, folder: Path) -> None:
