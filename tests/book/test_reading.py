@@ -1,5 +1,6 @@
 """How far a reader has to go: length, picture, advice and code of a chapter; tables on a phone; barriers."""
 
+import re
 from collections.abc import Iterator
 from importlib import resources
 from statistics import median
@@ -12,7 +13,7 @@ from visit import visit
 
 SCREEN = (1366, 900)
 NARROW = (360, 800)
-MOST_SCREENS, MOST_LINES = 8, 40
+MOST_SCREENS, MOST_LINES, MOST_PRINTED = 8, 40, 8
 SUMMARIES = [page for page in CHAPTERS if page.endswith("/summary")]
 STUDIES = [page for page in CHAPTERS if page not in SUMMARIES]
 AXE = (resources.files("axe_playwright_python") / "axe.min.js").read_text(encoding="utf-8")
@@ -65,6 +66,14 @@ def test_tables_show_a_result_on_a_narrow_phone(browser: Browser, served_root: s
 def test_captions_are_numbered(browser: Browser, served_root: str, page: str) -> None:
     with visit(browser, served_root, page) as visited:
         assert visited.page.evaluate("checks.withoutCaption()") == []
+
+
+@pytest.mark.parametrize("page", CHAPTERS)
+def test_a_chapter_prints_on_few_pages(browser: Browser, served_root: str, page: str) -> None:
+    with visit(browser, served_root, page) as visited:
+        visited.page.evaluate("checks.untypesetFormulas()")
+        printed = visited.page.pdf(format="A4", margin=dict.fromkeys(("top", "bottom", "left", "right"), "15mm"))
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) <= MOST_PRINTED
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

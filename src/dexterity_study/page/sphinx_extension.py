@@ -13,7 +13,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 
 from dexterity import scenes, store
-from dexterity_study.page import captions, hovers
+from dexterity_study.page import captions, hovers, summaries
 from dexterity_study.page.plain import References, plain
 
 ARCHIVE = "notebooks.zip"
@@ -30,6 +30,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     captions.setup(app)
     app.connect("source-read", _depend_on_outputs)
     app.connect("doctree-resolved", hovers.explain)
+    app.connect("autodoc-process-docstring", summaries.add_summary)
     app.connect("env-updated", _write_in_parallel)
     app.connect("html-page-context", _offer_notebooks, priority=502)  # after the theme's own buttons
     app.connect("html-page-context", _describe)
