@@ -38,9 +38,7 @@ class DrawnChain:
                     f"{argument} turns {joint} by {turn:.3g} rad in one frame; less than π is needed"
                 )
         return {
-            path: JointMotion(
-                self.chain.joint_names[i], self.chain.kinds[i], frames[:, i], frames_per_second
-            )
+            path: JointMotion(self.chain.joint_names[i], self.chain.kinds[i], frames[:, i], frames_per_second)
             for i, path in enumerate(self.joints)
             if (frames[:, i] != self.q[i]).any()
         }

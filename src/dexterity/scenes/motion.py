@@ -29,7 +29,7 @@ class JointMotion:
         return joint_motion(self.kind, self.values)
 
     def spans(self) -> list[tuple[float, float]]:
-        """Times [s] between which the joint moves."""
+        """Pairs of times [s] between which the joint moves."""
         moves = np.concatenate([[False], np.diff(self.values) != 0, [False]])
         ends = np.flatnonzero(moves[1:] != moves[:-1]) / self.frames_per_second
         return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))

@@ -68,7 +68,9 @@ def reach_in_a_plane() -> Figure:
     for ax, (name, links) in zip(panels, ARMS.items(), strict=True):
         reach = workspace.reachable(links, torch.stack([x, 0 * x, z], -1))
         ax.contourf(x, z, reach, levels=[0.5, 1.5], colors=[COLORS["sky blue"]])
-        ax.add_patch(Rectangle((-HALF_SIDE, -HALF_SIDE), 2 * HALF_SIDE, 2 * HALF_SIDE, fill=False, linestyle="--"))
+        ax.add_patch(
+            Rectangle((-HALF_SIDE, -HALF_SIDE), 2 * HALF_SIDE, 2 * HALF_SIDE, fill=False, linestyle="--")
+        )
         ax.set(title=name, xlabel="x [m]", aspect="equal")
     panels[0].set(ylabel="z [m]")
     return fig
