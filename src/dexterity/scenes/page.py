@@ -61,7 +61,7 @@ def iframe(
     )
     return (
         f'<iframe class="meshcat-scene" title="{html.escape(title)}" '
-        f'style="width:100%;height:{height}px;border:0" srcdoc="{_quoted(page)}"></iframe>'
+        f"style=\"width:100%;height:{height}px;border:0\" srcdoc='{_quoted(page)}'></iframe>"
     )
 
 
@@ -76,7 +76,7 @@ def row(shown: Iterable[tuple[str, str]]) -> Html:
 
 
 def standalone(shown: str) -> str:
-    """Put meshcat's viewer into each scene of some HTML, which then moves outside of a book, as in a notebook.
+    """Put meshcat's viewer into each scene of some HTML, which then moves outside of a book too.
 
     Each scene then has a copy of the viewer, compressed to about 0.3 MB, and needs neither a server nor the
     other scenes.
@@ -95,8 +95,8 @@ _EMPTY = '<script id="inlined-viewer" type="text/plain"></script>'
 
 
 def _quoted(text: str) -> str:
-    """Escape a text for an attribute in double quotes, and no more than it needs."""
-    return text.replace("&", "&amp;").replace('"', "&quot;")
+    """Escape a text for an attribute in single quotes, of which it has few, and no more than it needs."""
+    return text.replace("&", "&amp;").replace("'", "&#39;")
 
 
 def _dense(text: str) -> str:
