@@ -104,6 +104,16 @@ window.checks = {
   },
 
   hasAnimation: () => window.viewer.animator.actions.length > 0,
-  hasSliders: () => Object.keys(window.viewer.gui_controllers).length > 0,
-  firstSlider: () => Object.values(window.viewer.gui_controllers)[0].domElement.querySelector(".slider"),
+  hasSliders: () => document.querySelector("#controls [role=group] input") !== null,
+  // Where the camera is, as numbers that change when the reader turns the scene.
+  camera: () => window.viewer.camera.position.toArray(),
+  // Colour of the picture at a point of the world, in its three channels.
+  colorAt(x, y, z) {
+    const viewer = window.viewer, gl = viewer.renderer.getContext();
+    viewer.renderer.render(viewer.scene, viewer.camera);
+    const at = new MeshCat.THREE.Vector3(x, z, -y).project(viewer.camera), pixel = new Uint8Array(4);
+    const column = (at.x + 1) / 2 * gl.drawingBufferWidth, row = (at.y + 1) / 2 * gl.drawingBufferHeight;
+    gl.readPixels(Math.floor(column), Math.floor(row), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return [...pixel.slice(0, 3)];
+  },
 };

@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, Request, Response
 
 DESKTOP = (1280, 900)
 PHONE = (390, 844)
+TOUCH = {"has_touch": True, "is_mobile": True}
 
 SECONDS_TO_SETTLE = 30
 
@@ -35,16 +36,20 @@ class Visit:
 
 
 @contextmanager
-def visit(browser: Browser, root: str, address: str, scheme: str = "light") -> Iterator[Visit]:
+def visit(
+    browser: Browser, root: str, address: str, scheme: str = "light", **profile: bool | str
+) -> Iterator[Visit]:
     """Open a page of the book at `root`; every request that leads elsewhere is refused and recorded.
 
-    The address is that of the page in the book, without `.html`, and may end in a query.
+    The address is that of the page in the book, without `.html`, and may end in a query. A profile, such as
+    :data:`TOUCH`, says what else the browser is.
     """
     name, _, query = address.partition("?")
     context = browser.new_context(
         viewport={"width": DESKTOP[0], "height": DESKTOP[1]},
         color_scheme=scheme,  # type: ignore[arg-type]
         service_workers="block",
+        **profile,  # type: ignore[arg-type]
     )
     context.add_init_script(path=Path(__file__).with_name("page_checks.js"))
     visited = Visit(context.new_page())

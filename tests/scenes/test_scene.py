@@ -1,7 +1,6 @@
 import base64
 import html.parser
 import itertools
-import json
 import math
 import re
 import subprocess
@@ -29,11 +28,13 @@ from dexterity import indices, robots, scenes
 from dexterity.indices import Ellipsoid
 from dexterity.scenes import Body, Scene, Slider
 from dexterity.scenes.camera import View, camera_axes
-from dexterity.scenes.colors import hex_color
+from dexterity.scenes.colors import darker, hex_color, number
 from serial_chains import random_robot
 
 Array = NDArray[np.float64]
 Command = dict[str, Any]
+
+PAGE_PARTS = {"scene.html", "scene.css", "panel.js", "viewer.js"}
 
 UVMS = robots.uvms()
 REST = np.zeros(12)
@@ -79,14 +80,18 @@ def page(scene: Scene) -> Reader:
     return Reader(iframe["srcdoc"] or "")
 
 
-def commands(scene: Scene) -> list[Command]:
-    framed = zlib.decompress(base64.b64decode(page(scene).texts["commands"]))
-    unpacked = []
+def unpacked(packed: str) -> list[Command]:
+    framed = zlib.decompress(base64.b64decode(packed))
+    found = []
     while framed:
         end = 4 + int.from_bytes(framed[:4], "little")
-        unpacked.append(umsgpack.unpackb(framed[4:end]))
+        found.append(umsgpack.unpackb(framed[4:end]))
         framed = framed[end:]
-    return unpacked
+    return found
+
+
+def commands(scene: Scene) -> list[Command]:
+    return unpacked(page(scene).texts["commands"])
 
 
 def of_type(scene: Scene, kind: str) -> list[Command]:
@@ -226,9 +231,41 @@ def test_the_page_says_what_it_shows() -> None:
 
 def test_the_legend_names_what_has_a_colour() -> None:
     read = page(full_scene())
-    assert read.texts["li"] == "prismatic axisrevolute axiswhat is lostpathgrid 1 m"
-    swatches = [attributes["style"] for tag, attributes in read.elements if tag == "i"]
-    assert len(set(swatches)) == 4
+    names = ["uvms", "tool frame xₜ, yₜ, zₜ", "prismatic axis", "revolute axis", "vehicle", "puma"]
+    assert read.texts["li"] == "".join([*names, "what is lost, 0.3 : 1", "path", "grid 1 m"])
+
+
+def colors_of_legend(scene: Scene) -> list[str | None]:
+    return [attributes["data-color"] for tag, attributes in page(scene).elements if tag == "i"]
+
+
+def drawn_colors(scene: Scene) -> set[int]:
+    """Colours of all solids, lines and points, but for the floor."""
+    of_objects = {path: thing["materials"][0]["color"] for path, thing in objects(scene).items()}
+    of_objects.pop("/floor")
+    return {*of_objects.values(), *(command["color"] for command in of_type(scene, "set_path"))}
+
+
+def test_every_colour_has_its_entry_in_the_legend() -> None:
+    scene = full_scene()
+    scene.add_bars("bars", ROD, color="yellow")
+    scene.add_points(np.eye(3), color="bluish green")
+    scene.add_mechanism([CRANK, SLIDE], [TURN_BY, SLIDE_BY], name="press")
+    legend = {color for color in colors_of_legend(scene) if color}
+    shades = legend | {darker(color) for color in legend}
+    assert drawn_colors(scene) <= {number(color) for color in shades}
+
+
+def test_bodies_of_one_colour_share_an_entry() -> None:
+    scene = Scene("A mechanism")
+    scene.add_mechanism([CRANK, replace(SPOKE, color="blue"), replace(SPOKE, name="other")], [TURN_BY])
+    assert page(scene).texts["li"].startswith("crank, spokeothergrid")
+
+
+def test_a_remark_is_in_the_legend() -> None:
+    scene = uvms_scene()
+    scene.add_remark("errors drawn 10 : 1 & more")
+    assert "errors drawn 10 : 1 & more" in page(scene).texts["li"]
 
 
 @pytest.mark.parametrize(
@@ -240,7 +277,7 @@ def test_titles_and_names_are_only_text(title: str) -> None:
     assert Reader(scene._repr_html_()).attributes("iframe")["title"] == title
     read = page(scene)
     assert read.texts["title"] == title
-    assert [tag for tag, _ in read.elements].count("script") == 2
+    assert [tag for tag, _ in read.elements].count("script") == 3
 
 
 def test_the_height_is_the_one_asked_for() -> None:
@@ -256,14 +293,51 @@ def test_scenes_side_by_side_are_whole_and_have_their_titles_below() -> None:
     assert right._repr_html_() in row
 
 
+def views(shown: str) -> list[Command]:
+    frames = [attributes["srcdoc"] or "" for tag, attributes in Reader(shown).elements if tag == "iframe"]
+    packed = [Reader(frame).texts["commands"] for frame in frames]
+    return [command for one in packed for command in unpacked(one) if command["type"] == "set_view"]
+
+
+def test_scenes_side_by_side_have_one_camera() -> None:
+    near, far = uvms_scene(REST), uvms_scene(np.eye(12)[0] * 3)
+    first, second = views(scenes.side_by_side(near, far)._repr_html_())
+    assert first == second
+    alone = [views(scene._repr_html_())[0] for scene in (near, far)]
+    assert alone[0] != alone[1]
+    assert max(first["half_extent"]) > max(alone[0]["half_extent"])
+
+
+def test_scenes_that_look_at_one_box_have_one_camera() -> None:
+    near, far = uvms_scene(REST), uvms_scene(np.eye(12)[0] * 3)
+    for scene in (near, far):
+        scene.look_at((-1, -1, -1), (1, 1, 1))
+    assert of_type(near, "set_view") == of_type(far, "set_view")
+
+
 def test_an_empty_scene_can_be_shown() -> None:
     assert page(Scene("Nothing yet")).attributes("img")["alt"]
 
 
 def test_the_page_asks_for_nothing_outside() -> None:
-    template = (resources.files("dexterity.scenes") / "scene.html").read_text(encoding="utf-8")
-    assert "http" not in template
-    assert template.count(".src = ") == 1
+    parts = [part for part in resources.files("dexterity.scenes").iterdir() if part.name in PAGE_PARTS]
+    assert len(parts) == len(PAGE_PARTS)
+    text = "".join(part.read_text(encoding="utf-8") for part in parts)
+    assert "http" not in text
+    assert text.count(".src = ") == 1
+
+
+def test_a_standalone_scene_has_the_viewer_inside() -> None:
+    shown = scenes.side_by_side(uvms_scene(), Scene("Another"))._repr_html_()
+    whole = scenes.standalone(f"<p>Before</p>{shown}")
+    assert whole.startswith("<p>Before</p>")
+    script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_bytes()
+    frames = [attributes["srcdoc"] or "" for tag, attributes in Reader(whole).elements if tag == "iframe"]
+    assert len(frames) == 2
+    for frame in frames:
+        assert zlib.decompress(base64.b64decode(Reader(frame).texts["inlined-viewer"])) == script
+    assert len(whole) < len(shown) + 2 * 400_000
+    assert scenes.standalone("<p>No scene</p>") == "<p>No scene</p>"
 
 
 # ---- the still picture ------------------------------------------------------------------------------
@@ -322,7 +396,7 @@ def test_each_joint_has_its_axis_and_its_name() -> None:
     q = np.random.default_rng(3).uniform(-1, 1, 12)
     scene = uvms_scene(q)
     labels = {command["text"]: command["path"] for command in of_type(scene, "set_label")}
-    assert tuple(labels) == UVMS.joint_names
+    assert labels.keys() == {*UVMS.joint_names, "xₜ", "yₜ", "zₜ"}
     frames = transforms(scene)
     for name, T in zip(UVMS.joint_names, UVMS.joint_frames(q).numpy(), strict=True):
         axis = labels[name].removeprefix("/meshcat/").removesuffix("/label")
@@ -412,9 +486,10 @@ def test_a_path_goes_through_its_points() -> None:
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 1]])
     scene = Scene("A path")
     scene.add_path(points, name="track", color="blue")
-    drawn = objects(scene)["track/curve"]
-    np.testing.assert_allclose(drawn["geometries"][0]["path"]["points"], points[[0, 1, 3]])
-    assert drawn["materials"][0]["color"] == 0x0072B2
+    (drawn,) = of_type(scene, "set_path")
+    assert drawn["path"] == "/meshcat/track/line"
+    np.testing.assert_allclose(drawn["points"], points[[0, 1, 3]])
+    assert drawn["color"] == 0x0072B2
 
 
 # ---- bars -------------------------------------------------------------------------------------------
@@ -591,15 +666,16 @@ def test_sliders_run_over_the_limits() -> None:
     scene.add_chain(chain, [0, 0, 0, 0], name="two")
     scene.add_sliders("one")
     scene.add_sliders("two")
-    controls = of_type(scene, "set_control")
+    controls = of_type(scene, "set_slider")
     labels = ["turn [rad]", "lift [m]", "tilt [rad]", "slide [m]"]
-    assert [control["name"] for control in controls] == [*labels, *(f"two {label}" for label in labels)]
+    assert [control["label"] for control in controls] == [*labels, *(f"two {label}" for label in labels)]
     limits = [(-1, 2), (0, 0.5), (-math.pi, math.pi), (-1, 1.7)]
     assert [(control["min"], control["max"]) for control in controls[:4]] == limits
     assert [control["value"] for control in controls[:4]] == [0.1, 0.2, 0.3, 1.7]
     for joint, control in enumerate(controls[:4]):
-        nodes = ", ".join(f'"{node}"' for node in ["meshcat", *joint_path("one", joint).split("/")])
-        assert f"set_property([{nodes}]" in control["callback"]
+        kind = "revolute" if joint in (0, 2) else "prismatic"
+        nodes = ["meshcat", *joint_path("one", joint).split("/")]
+        assert control["joint"] == {"node": nodes, "kind": kind}
 
 
 # ---- mechanisms -------------------------------------------------------------------------------------
@@ -623,12 +699,6 @@ def mechanism_scene(name: str = "press", **options: Any) -> Scene:
     return scene
 
 
-def moved_by(control: Command) -> dict[str, Any]:
-    """Table in the callback of a mechanism's slider."""
-    (table,) = re.fullmatch(r"value => moveBodies\(value, (.*)\)", control["callback"]).groups()  # type: ignore[union-attr]
-    return json.loads(table)
-
-
 def test_bodies_stand_where_the_sliders_do() -> None:
     base = dx.spatial.exp([0.1, 0.2, 0.3, 0.4, 0, 0]).numpy()
     frames = transforms(mechanism_scene(pose=base))
@@ -650,17 +720,17 @@ def test_a_body_is_drawn_by_its_rods_and_pins() -> None:
 
 
 def test_sliders_of_a_mechanism_hold_the_poses_of_what_they_move() -> None:
-    turn, slide = of_type(mechanism_scene(), "set_control")
-    assert [turn[key] for key in ("name", "min", "max", "value")] == ["turn [rad]", 0.0, 6.0, 0.75]
-    assert [slide[key] for key in ("name", "min", "max", "value")] == ["slide [m]", 0.0, 0.4, 0.25]
-    (crank,) = moved_by(turn)["bodies"]
+    turn, slide = of_type(mechanism_scene(), "set_slider")
+    assert [turn[key] for key in ("label", "min", "max", "value")] == ["turn [rad]", 0.0, 6.0, 0.75]
+    assert [slide[key] for key in ("label", "min", "max", "value")] == ["slide [m]", 0.0, 0.4, 0.25]
+    (crank,) = turn["table"]["bodies"]
     assert crank["node"] == ["meshcat", "press", "crank"]
-    np.testing.assert_allclose(moved_by(turn)["values"], ANGLES, atol=1e-6)
+    np.testing.assert_allclose(turn["table"]["values"], ANGLES, atol=1e-6)
     turns = np.array(crank["turns"])
     # More than half a turn: the quaternions go on and do not jump to their negatives.
     np.testing.assert_allclose(np.abs(np.diff(turns, axis=0)).max(), 0.125, atol=0.01)
     np.testing.assert_allclose(np.abs(turns[:, 3]), np.abs(np.cos(ANGLES / 2)), atol=1e-6)
-    (moved,) = moved_by(slide)["bodies"]
+    (moved,) = slide["table"]["bodies"]
     assert moved["node"] == ["meshcat", "press", "crank", "slide"]
     np.testing.assert_allclose(np.array(moved["positions"])[:, 0], np.linspace(0, 0.4, 5), atol=1e-5)
 
@@ -683,14 +753,25 @@ def test_the_camera_makes_room_for_what_sliders_do() -> None:
 def test_two_mechanisms_have_their_own_sliders() -> None:
     scene = mechanism_scene()
     scene.add_mechanism([CRANK], [TURN_BY], name="other")
-    names = [control["name"] for control in of_type(scene, "set_control")]
+    names = [control["label"] for control in of_type(scene, "set_slider")]
     assert names == ["turn [rad]", "slide [m]", "other turn [rad]"]
 
 
-def test_the_page_can_move_bodies() -> None:
-    template = (resources.files("dexterity.scenes") / "scene.html").read_text(encoding="utf-8")
-    assert "function moveBodies(value, { values, bodies })" in template
-    assert mechanism_scene()._repr_html_() == mechanism_scene()._repr_html_()
+def test_letters_stand_at_points_of_their_body() -> None:
+    scene = Scene("A mechanism")
+    scene.add_mechanism([replace(CRANK, letters={"A": np.zeros(3), "B": np.array([0.5, 0, 0])})], [TURN_BY])
+    paths = {command["text"]: command["path"] for command in of_type(scene, "set_label")}
+    frames = transforms(scene)
+    at = {text: in_world(frames, path.removeprefix("/meshcat/"))[:3, 3] for text, path in paths.items()}
+    np.testing.assert_allclose(at["A"], 0, atol=1e-6)
+    np.testing.assert_allclose(at["B"], 0.5 * np.array([math.cos(0.75), math.sin(0.75), 0]), atol=1e-5)
+
+
+def test_letters_can_stand_anywhere() -> None:
+    scene = uvms_scene()
+    scene.add_letters({"K": (1.0, 2.0, 3.0)})
+    (path,) = [command["path"] for command in of_type(scene, "set_label") if command["text"] == "K"]
+    np.testing.assert_allclose(in_world(transforms(scene), path.removeprefix("/meshcat/"))[:3, 3], [1, 2, 3])
 
 
 # ---- bad input --------------------------------------------------------------------------------------
@@ -742,6 +823,15 @@ BAD: dict[str, tuple[str, Callable[[Scene], object]]] = {
         "frames_per_second",
         lambda s: s.animate("uvms", np.zeros((2, 12)), frames_per_second=0.0),
     ),
+    "letters without a point": ("points", lambda s: s.add_letters({})),
+    "letters at no point": ("points", lambda s: s.add_letters({"A": (0, 0)})),
+    "letters of a name taken": ("name", lambda s: s.add_letters({"A": (0, 0, 0)}, name="uvms")),
+    "letters of a body": (
+        "bodies", lambda s: s.add_mechanism([replace(SPOKE, letters={"A": np.zeros(2)})], [])
+    ),
+    "remark": ("text", lambda s: s.add_remark(" ")),
+    "box to look at": ("low", lambda s: s.look_at((0, 0), (1, 1))),
+    "box to look at without size": ("high", lambda s: s.look_at((0, 0, 1), (0, 0, 1))),
     "bars of points": ("ends", lambda s: s.add_bars("b", np.zeros((2, 3)))),
     "bars not finite": ("ends", lambda s: s.add_bars("b", [[[0, 0, 0], [0, 0, np.inf]]])),
     "bars none": ("ends", lambda s: s.add_bars("b", np.zeros((0, 2, 3)))),
@@ -855,9 +945,9 @@ def test_the_viewer_is_copied_with_its_licences(tmp_path: Path) -> None:
 
 def test_the_viewer_knows_the_commands_that_it_is_given() -> None:
     script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
-    template = (resources.files("dexterity.scenes") / "scene.html").read_text(encoding="utf-8")
-    ours = {"set_label", "set_view"}
+    page_script = (resources.files("dexterity.scenes") / "viewer.js").read_text(encoding="utf-8")
+    ours = {"set_label", "set_view", "set_path", "set_slider", "set_moving"}
     kinds = {command["type"] for command in commands(full_scene())}
     assert kinds >= ours
     assert all(f'"{kind}"==' in script for kind in kinds - ours)
-    assert all(f"{kind}(command)" in template for kind in ours)
+    assert all(re.search(rf"^    {kind}\(.*\) {{", page_script, re.MULTILINE) for kind in ours)

@@ -53,15 +53,15 @@ def iframe(
     page = Template(_text("scene.html")).substitute(
         title=html.escape(title),
         alt=html.escape(f"{title}: {parts}"),
-        style=_text("scene.css"),
-        script=_text("panel.js") + _text("viewer.js"),
+        style=_dense(_text("scene.css")),
+        script=_dense(_text("panel.js") + _text("viewer.js")),
         legend="".join(f"<li>{entry}</li>" for entry in [*entries, *map(html.escape, remarks)]),
         still=base64.b64encode(still).decode(),
         commands=commands,
     )
     return (
         f'<iframe class="meshcat-scene" title="{html.escape(title)}" '
-        f'style="width:100%;height:{height}px;border:0" srcdoc="{html.escape(page)}"></iframe>'
+        f"style=\"width:100%;height:{height}px;border:0\" srcdoc='{_quoted(page)}'></iframe>"
     )
 
 
@@ -76,7 +76,7 @@ def row(shown: Iterable[tuple[str, str]]) -> Html:
 
 
 def standalone(shown: str) -> str:
-    """Put meshcat's viewer into each scene of some HTML, so that it moves outside of a book, as in a notebook.
+    """Put meshcat's viewer into each scene of some HTML, which then moves outside of a book too.
 
     Each scene then has a copy of the viewer, compressed to about 0.3 MB, and needs neither a server nor the
     other scenes.
@@ -84,14 +84,25 @@ def standalone(shown: str) -> str:
     Parameters
     ----------
     shown
-        HTML with any number of scenes, such as the output of a notebook's cell. All else in it stays as it is.
+        HTML with any number of scenes, such as the output of a notebook's cell. The rest stays as it is.
     """
     script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_bytes()
     inlined = base64.b64encode(zlib.compress(script, 9)).decode()
-    return shown.replace(html.escape(_EMPTY), html.escape(_EMPTY.replace("><", f">{inlined}<")))
+    return shown.replace(_quoted(_EMPTY), _quoted(_EMPTY.replace("><", f">{inlined}<")))
 
 
 _EMPTY = '<script id="inlined-viewer" type="text/plain"></script>'
+
+
+def _quoted(text: str) -> str:
+    """Escape a text for an attribute in single quotes, of which it has few, and no more than it needs."""
+    return text.replace("&", "&amp;").replace("'", "&#39;")
+
+
+def _dense(text: str) -> str:
+    """Leave out indents and lines of comment, because each scene carries the whole text."""
+    lines = map(str.strip, text.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith(("//", "/*")))
 
 
 def _text(name: str) -> str:

@@ -90,6 +90,7 @@ def four_tips(point: tuple[float, float] = (6.0, 2.0), payload: float = 310.0, e
     placements = {NONE: positioning.uncompensated(task), **answers(task, 0, epochs)}
     x, y = point
     scene = Scene(f"Where the tip ends that is to be at ({x:g}, {y:g}) m with {payload:g} kg", view_from=VIEW)
+    scene.look_at((2.0, 0.0, 0.8), (6.6, 0.0, 3.2))
     scene.add_remark(f"errors drawn {MAGNIFIED:g} : 1")
     shape = bars(placements[EXACT].strokes[0]).loaded(payload)
     scene.add_bars("crane on the target", _upright(shape), radius=0.03)

@@ -51,9 +51,7 @@ def best_and_worst(q: Tensor, task: str) -> Html:
         value = f"{SYMBOLS[ranking.task.index]} = {ranking.values[place]:.2g}"
         title = f"{task.capitalize()}: the {which} candidate, {value}"
         scene = vehicle_scene(title, q[place], axes=False, height=380)
-        scene.add_points(
-            robots.uvms().forward(q[place])[None, :3, 3], name="tool", size=0.14, color="vermillion"
-        )
+        scene.add_letters({"tool": robots.uvms().forward(q[place])[:3, 3]})
         pair.append(scene)
     return scenes.side_by_side(*pair)
 
