@@ -46,7 +46,7 @@ _SYSTEMS = {
 
 def errors_by_function(stored: Evidence) -> Figure:
     """Draw the errors of networks and of simpler functions, for both indices."""
-    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.6), sharex=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.1), sharex=True)
     metrics = {
         "most": ("99 % of samples below", "|"),
         "sampled": ("largest sampled", "o"),
@@ -71,7 +71,6 @@ def shipped(stored: Evidence) -> Markup:
     table = pd.DataFrame(
         {
             "neurons": rows["neurons"],
-            "operations": rows["operations"],
             "worst case [%]": 100 * rows["worst"],
             "network [µs]": rows["network_1"] / 1000,
             "exact [µs]": rows["exact_1"] / 1000,
@@ -85,7 +84,7 @@ def shipped(stored: Evidence) -> Markup:
 
 def errors_by_way(stored: Evidence) -> Figure:
     """Draw the largest error for KCI by way of training, every seed a dot."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.8))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.2))
     for metric, label, marker in (("sampled", "largest sampled", "o"), ("worst", "worst case found", "^")):
         errors = 100 * stored["ways"].by_seed(metric, over="way").rename(columns=_WAYS)
         color = ax.plot(errors.median(), errors.columns, marker, ms=7, label=label)[0].get_color()

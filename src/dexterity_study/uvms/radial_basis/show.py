@@ -18,7 +18,6 @@ from dexterity_study.uvms.radial_basis.verdicts import growth_of
 
 _READINGS = {
     "chosen": "steps of 0.1, as chosen",
-    "spread-steps=0.05": "steps of 0.05",
     "spread-steps=0.25": "steps of 0.25",
     "spread-steps=0.5": "steps of 0.5",
     "spread-steps=1": "steps of 1",
@@ -29,7 +28,7 @@ _READINGS = {
 
 def error_by_spread(stored: Evidence) -> Figure:
     """Draw the smallest testing error against the spread, Figs. 8 and 12 of the paper."""
-    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 5.0), sharex=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.4), sharex=True)
     paper = load_paper("sotiropoulos2016")
     for ax, index in zip(panels, INDICES, strict=True):
         errors = 100 * stored["growth"].by_seed("smallest", over="spread", index=index)
@@ -68,7 +67,7 @@ def by_spread(stored: Evidence) -> Markup:
 
 def growth(stored: Evidence) -> Figure:
     """Draw testing errors against the number of neurons, Figs. 9 and 13 of the paper."""
-    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 5.4), sharex=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.6), sharex=True)
     paper, grown = load_paper("sotiropoulos2016"), stored["growth"]
     for ax, index in zip(panels, INDICES, strict=True):
         medians = growth_of(stored, index).groupby("spread")["smallest"].median()
@@ -117,21 +116,26 @@ def loops(stored: Evidence, live: Table) -> Markup:
 
 
 def input_spaces(stored: Evidence) -> Markup:
-    """Set the fewest neurons for w to a testing error of 1 %, by range and by number of joints."""
-    rows = stored["input_spaces"].where().sort_values(["joints", "half_range_deg"])
-    needed = rows.groupby(["joints", "half_range_deg"])["neurons"].apply(_reached)
-    table = needed.rename("neurons").reset_index()
-    table["half_range_deg"] = table["half_range_deg"].map("±{:g}".format)
-    return show(table.rename(columns={"half_range_deg": "range [°]"}).set_index("joints"))
+    """Set the fewest neurons for w to a testing error of 1 %, by number of joints and by range, as one row."""
+    rows = stored["input_spaces"].where()
+    by_joints = (
+        rows[rows["half_range_deg"] == 15].groupby("joints")["neurons"].apply(with_range, form="{:.0f}")
+    )
+    by_range = rows[rows["joints"] == 7].groupby("half_range_deg")["neurons"].apply(with_range, form="{:.0f}")
+    cells = {("joints, at ±15°", f"{joints}"): value for joints, value in by_joints.items()}
+    cells |= {
+        ("range of seven joints", f"±{half:g}°"): value for half, value in by_range.items() if half != 15
+    }
+    return show(pd.DataFrame(cells, index=["neurons"]))
 
 
 def _reached(counts: pd.Series) -> str:
-    """Write counts over seeds, of which 0 stands for none."""
+    """Write the median of counts over seeds, of which 0 stands for none."""
     reached = counts[counts > 0]
     if reached.empty:
         return "none"
     part = f" in {len(reached)} of {len(counts)} seeds" if len(reached) < len(counts) else ""
-    return with_range(reached, "{:.0f}") + part
+    return f"{reached.median():.0f}{part}"
 
 
 def _head(index: str) -> str:
