@@ -2,84 +2,153 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.page.numbers import with_range, written
+from dexterity_study.page.tables import show
 from dexterity_study.uvms.choice.verdicts import speeds
+from dexterity_study.uvms.feed_forward.experiment import INDICES
+
+_WAYS = {
+    "as the paper": "KCI, as the paper",
+    "1/KCI": "1/KCI",
+    "log KCI": "log KCI",
+    "log σ1 and log σ6": "log $σ_1$ and log $σ_6$",
+    "origin seen from the vehicle": "log KCI, vehicle frame",
+    "eigenvalue of 2×2": "2×2 eigenvalue",
+    "eigenvalue of 3×3": "3×3 eigenvalue",
+    "seen from the arm's first link": "3×3, frame of the arm",
+    "+ rows on the faces": "+ points on faces",
+    "+ twice the rows": "+ twice the points",
+    "+ worst points": "+ worst points",
+    "+ more neurons": "+ twice the neurons",
+}
+"""Ways of training in the words of the figure; up to the fourth, the paper's inputs."""
+
+_SYSTEMS = {
+    ("UVMS in other postures", "{}"): "UVMS, other postures",
+    ("UVMS in other postures", "{}, slow vehicle"): "UVMS, slow vehicle",
+    ("UVMS in other postures", "{} of the tool, body frame"): "UVMS, tool frame",
+    ("UVMS with pitch and roll passive", "{}"): "UVMS, pitch and roll passive",
+    ("UVMS confined to a plane", "{}"): "UVMS in a plane",
+    ("docking arm on a vehicle", "{}"): "docking arm on a vehicle",
+    ("PUMA 560 on a free base", "{}"): "PUMA 560 on a free base",
+    ("PUMA 560, fixed", "{}"): "PUMA 560, fixed base",
+}
+"""Names of the systems of the page, by the stored system and the stored index, {} for w or KCI."""
 
 
-def percents(values: Mapping[str, float], title: str) -> Markup:
-    """Set a column of shares."""
-    return show(pd.Series(values, name=title), "{:.2%}")
-
-
-def errors_by_way(stored: Evidence) -> Figure:
-    """Draw the largest error by way of training, every seed a dot."""
-    fig, ax = plt.subplots(figsize=(6.8, 4.8))
-    for color, metric, label, marker in (
-        ("C0", "sampled", "sampled", "o"),
-        ("C1", "worst", "by ascent", "^"),
-    ):
-        errors = stored["ways"].by_seed(metric, over="way")
-        at = np.arange(errors.shape[1])
-        dots = ax.plot(100 * errors.T, at, marker, ms=4, alpha=0.6, color=color)
-        dots[0].set_label(label)
-    limit = load_paper("sotiropoulos2016").printed("all-networks-within-two-per-cent")
-    ax.axvline(100 * limit, color="0.4", linestyle="--", label="accepted by the paper")
-    ax.set(xscale="log", xlabel="largest relative error [%]", yticks=at, yticklabels=errors.columns)
-    ax.invert_yaxis()
-    ax.legend(fontsize="small")
+def errors_by_function(stored: Evidence) -> Figure:
+    """Draw the errors of networks and of simpler functions, for both indices."""
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.1), sharex=True)
+    metrics = {
+        "most": ("99 % of samples below", "|"),
+        "sampled": ("largest sampled", "o"),
+        "worst": ("worst case found", "^"),
+    }
+    for ax, index in zip(panels, INDICES, strict=True):
+        rows = stored["judged"].where(index=index).set_index("what")
+        for metric, (label, marker) in metrics.items():
+            ax.plot(100 * rows[metric], rows.index, marker, ms=9 if marker == "|" else 6, mew=2, label=label)
+        _draw_limit(ax)
+        ax.set(xscale="log", title=_head(index))
+        ax.xaxis.set_major_formatter("{x:g}")
+        ax.invert_yaxis()
+    panels[1].set(xlabel="relative error [%]")
+    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
     return fig
 
 
-def judged(stored: Evidence) -> Markup:
-    """Set errors of baselines and shipped networks."""
-    columns = {"median": "median", "most": "99 % below", "sampled": "largest sampled", "worst": "by ascent"}
-    return show(_table(stored, "judged", columns), "{:.2%}")
-
-
-def cards(stored: Evidence) -> Markup:
-    """Set the cards of the shipped networks, in short."""
+def shipped(stored: Evidence) -> Markup:
+    """Set the networks that come with the package against the exact indices, both in C."""
     rows = speeds(stored)
-    rows["largest error"] = [f"{e:.2%} of {n:,}" for e, n in zip(rows["error"], rows["points"], strict=True)]
-    rows["worst case found"], rows["exact / network"] = rows["worst"].map("{:.2%}".format), rows["ratio"]
-    columns = ["inputs", "neurons", "largest error", "worst case found", "operations", "exact / network"]
-    return show(rows[columns].rename_axis([None, None]).T)
+    table = pd.DataFrame(
+        {
+            "neurons": rows["neurons"],
+            "worst case [%]": 100 * rows["worst"],
+            "network [µs]": rows["network_1"] / 1000,
+            "exact [µs]": rows["exact_1"] / 1000,
+            "exact / network": rows["ratio"],
+        }
+    )
+    names = [(_head(index), kind) for index, kind in table.index]
+    table.index = pd.MultiIndex.from_tuples(names, names=[None, None])
+    return show(table, "{:.3f}", forms={"worst case [%]": "{:.2f}"})
+
+
+def errors_by_way(stored: Evidence) -> Figure:
+    """Draw the largest error for KCI by way of training, every seed a dot."""
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.2))
+    for metric, label, marker in (("sampled", "largest sampled", "o"), ("worst", "worst case found", "^")):
+        errors = 100 * stored["ways"].by_seed(metric, over="way").rename(columns=_WAYS)
+        color = ax.plot(errors.median(), errors.columns, marker, ms=7, label=label)[0].get_color()
+        for way, values in errors.items():
+            ax.plot(values, [way] * len(values), marker, ms=3, alpha=0.4, color=color)
+    _draw_limit(ax)
+    ax.set(xscale="log", xlabel="relative error [%]")
+    ax.set_xticks([1, 2, 5, 10, 20], labels=["1", "2", "5", "10", "20"])
+    ax.minorticks_off()
+    ax.invert_yaxis()
+    fig.legend(loc="outside upper center", ncols=2)
+    return fig
+
+
+def _draw_limit(ax: plt.Axes) -> None:
+    limit = load_paper("sotiropoulos2016").printed("all-networks-within-two-per-cent")
+    ax.axvline(100 * limit, color="#595959", linestyle="--", label="limit of the paper")
 
 
 def selection(stored: Evidence) -> Markup:
     """Set networks that pass a test, and their errors elsewhere."""
-    counts = {"neurons": "neurons", "trained": "networks", "accepted": "pass", "broken": "break E"}
-    table = _table(stored, "selection", {**counts, "expected": "pass again"}).round(1)
-    errors = {"testing": "test", "grid": "grid", "between": "between", "worst": "by ascent"}
-    percent = _table(stored, "selection", errors).map("{:.2%}".format)
-    return show(table.join(percent).rename(index="{:.1%}".format).rename_axis("E"))
+    rows = stored["selection"].where()
+    table = pd.DataFrame(
+        {
+            "limit [%]": 100 * rows["limit"],
+            "neurons": rows["neurons"],
+            "pass the test": rows["accepted"],
+            "above the limit elsewhere": rows["broken"],
+            "error in the test [%]": 100 * rows["testing"],
+            "on held-out points [%]": 100 * rows["grid"],
+            "worst case [%]": 100 * rows["worst"],
+        }
+    )
+    return show(table.set_index("limit [%]"), "{:.2f}")
 
 
 def pruned(stored: Evidence) -> Markup:
-    """Set radial-basis networks before and after pruning."""
-    table = _table(stored, "pruned", {"allowed": "limit", "before": "neurons", "after": "after pruning"})
-    return show(table.assign(limit=table["limit"].map("{:.1%}".format)))
+    """Set the neurons of radial-basis networks after pruning, and the errors that were allowed."""
+    rows = stored["pruned"].where().assign(allowed=lambda own: 100 * own["allowed"])
+    names = {"after": "neurons left", "allowed": "error allowed [%]"}
+    by_index = {
+        (f"{_head(index)}, from {own['before'].iloc[0]} neurons", name): own[metric]
+        for index, own in rows.set_index("spread").groupby("index", sort=False)
+        for metric, name in names.items()
+    }
+    return show(pd.DataFrame(by_index).rename_axis("spread [rad, m]"), "{:.1f}")
 
 
 def elsewhere(stored: Evidence) -> Markup:
-    """Set other systems and indices, over the postures."""
-    rows = stored["elsewhere"].where()
-    sizes = rows.groupby(["system", "index"], sort=False)[["inputs", "neurons"]].first()
-    spans = over_seeds(rows, ["system", "index"], {"span": "largest over smallest"}, "{:.2f}")
-    errors = over_seeds(rows, ["system", "index"], {"constant": "constant", "error": "network"}, "{:.1%}")
-    return show(sizes.join([spans, errors]).rename_axis([None, None]))
+    """Set the errors of constants and networks for other systems, over the postures."""
+    rows = stored["elsewhere"].where().set_index(["system", "index"])
+    cells: dict[tuple[str, str], dict[str, str]] = {}
+    for (system, form), name in _SYSTEMS.items():
+        for index in INDICES:
+            if (system, form.format(index)) in rows.index:
+                own = 100 * rows.loc[[(system, form.format(index))]]
+                head = _head(index)
+                cells.setdefault((head, "constant [%]"), {})[name] = written(
+                    own["constant"].median(), "{:.2g}"
+                )
+                cells.setdefault((head, "network [%]"), {})[name] = with_range(own["error"], "{:.2g}")
+    names = list(_SYSTEMS.values())
+    return show(pd.DataFrame(cells, index=names).fillna("–"))
 
 
-def _table(stored: Evidence, experiment: str, columns: dict[str, str]) -> pd.DataFrame:
-    """Return columns of an experiment with one seed, under the names of a page."""
-    table = stored[experiment]
-    return table.where().set_index(list(table.keys))[list(columns)].rename(columns=columns)
+def _head(index: str) -> str:
+    return "$w$" if index == "w" else index

@@ -6,119 +6,137 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dexterity.networks.radial_basis_design import RadialBasisDesign
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import with_range
-from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.page.tables import show
 from dexterity_study.uvms.feed_forward.experiment import INDICES
-from dexterity_study.uvms.radial_basis.experiment import LEVELS
-from dexterity_study.uvms.radial_basis.verdicts import growth_of, needed_by_both
+from dexterity_study.uvms.radial_basis.verdicts import growth_of
+
+_READINGS = {
+    "chosen": "steps of 0.1, as chosen",
+    "spread-steps=0.25": "steps of 0.25",
+    "spread-steps=0.5": "steps of 0.5",
+    "spread-steps=1": "steps of 1",
+    "radial-basis-input-scaling=degrees": "inputs and spread in degrees",
+}
+"""Readings of the printed loop that end elsewhere than the chosen one, by their names on the page."""
 
 
-def design(design: RadialBasisDesign) -> Markup:
-    """Set the growths of one design loop."""
-    rows = [(one.spread, one.neurons, one.testing_errors[-1], one.stop.value) for one in design.growths]
-    return show(pd.DataFrame(rows, columns=["spread", "neurons", "testing error", "growth ended because"]))
-
-
-def error_by_spread(stored: Evidence, live: Table) -> Figure:
-    """Draw the smallest testing error against the spread, Figs. 8 and 12 of the paper; the live run is for w."""
-    fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.5))
+def error_by_spread(stored: Evidence) -> Figure:
+    """Draw the smallest testing error against the spread, Figs. 8 and 12 of the paper."""
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.4), sharex=True)
     paper = load_paper("sotiropoulos2016")
     for ax, index in zip(panels, INDICES, strict=True):
         errors = 100 * stored["growth"].by_seed("smallest", over="spread", index=index)
         ax.plot(errors.columns, errors.T, "-", color="C0", lw=0.8, alpha=0.4)
-        ax.plot(errors.columns, errors.median(), "o-", label="median")
-        limit = paper.printed(f"radial-basis-{index.lower()}-error")
-        ax.axhline(100 * limit, color="k", ls=":", label="E of the paper")
-        ax.set(xscale="log", title=index, xlabel="spread [rad, m]")
-    panels[0].plot(live.rows["spread"], 100 * live.rows["smallest"], "C1x", label="live, first seed")
-    spread = paper.printed("radial-basis-kci-spread")
-    line = panels[1].axvline(spread, color="C3", ls="--", label="spread of the paper")
-    panels[0].set(yscale="log", ylabel="smallest testing error [%]")
+        ax.plot(errors.columns, errors.median(), "o-", color="C0", label="median of ten seeds")
+        limit = 100 * paper.printed(f"radial-basis-{index.lower()}-error")
+        ax.axhline(limit, color="#595959", ls=":", label="limit of the paper")
+        ax.set(xscale="log", title=_head(index), ylabel="testing error [%]")
+    panels[0].set(yscale="log")
     panels[0].yaxis.set_major_formatter("{x:g}")
-    panels[0].legend(fontsize="small", loc="lower left")
-    panels[1].set(ylim=(0, None))
-    panels[1].legend(handles=[line], fontsize="small", loc="lower left")
+    spread, limit = paper.printed("radial-basis-kci-spread"), paper.printed("radial-basis-kci-error")
+    panels[1].plot(
+        spread, 100 * limit, "D", color="C1", fillstyle="none", mew=2, ms=10, label="the paper, for KCI"
+    )
+    panels[1].set(ylim=(0, None), xlabel="spread [rad, m]")
+    panels[1].set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], labels=["0.1", "0.2", "0.5", "1", "2", "5", "10"])
+    panels[1].minorticks_off()
+    fig.legend(*panels[1].get_legend_handles_labels(), loc="outside upper center", ncols=2)
     return fig
 
 
-def needed(stored: Evidence) -> Markup:
-    """Set the fewest neurons for w to some testing errors, by spread."""
+def by_spread(stored: Evidence) -> Markup:
+    """Set the neurons that w needs for two testing errors, and facts of the networks grown to the limit, by spread."""
     groups = growth_of(stored, "w").groupby("spread")
-    columns = {f"{100 * level:g} %": groups[f"needed_{level:g}"].apply(_reached) for level in LEVELS}
-    return show(pd.DataFrame(columns).rename(index="{:g}".format))
-
-
-def by_spread(stored: Evidence, index: str) -> Markup:
-    """Set medians over the seeds of the networks grown to the neuron limit, by spread."""
-    medians = growth_of(stored, index).groupby("spread").median(numeric_only=True)
-    forms = {
-        "smallest": ("smallest testing error", "{:.2%}"),
-        "fresh": ("error on fresh points", "{:.2%}"),
-        "active": ("neurons that answer a half", "{:.0%}"),
-        "condition": ("condition", "{:.0e}"),
-        "weight": ("largest weight", "{:.0e}"),
+    medians = groups.median(numeric_only=True)
+    columns = {
+        "neurons for 2 %": groups["needed_0.02"].apply(_reached),
+        "neurons for 1 %": groups["needed_0.01"].apply(_reached),
+        "units that answer a half [%]": (100 * medians["active"]).map("{:.0f}".format),
+        "condition number": medians["condition"],
+        "largest weight": medians["weight"],
     }
-    columns = {title: medians[name].map(form.format) for name, (title, form) in forms.items()}
-    return show(pd.DataFrame(columns).rename(index="{:g}".format))
+    table = pd.DataFrame(columns).rename(index="{:g}".format).rename_axis("spread [rad, m]")
+    return show(table, "{:.2g}")
 
 
 def growth(stored: Evidence) -> Figure:
-    """Draw errors against the number of neurons, Figs. 9 and 13 of the paper."""
-    fig, panels = plt.subplots(2, 2, figsize=(6.8, 5.4), sharex="col")
+    """Draw testing errors against the number of neurons, Figs. 9 and 13 of the paper."""
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.6), sharex=True)
     paper, grown = load_paper("sotiropoulos2016"), stored["growth"]
-    goals = paper.printed("radial-basis-training-error-goals")
-    for (upper, lower), goal, index in zip(panels.T, goals, INDICES, strict=True):
+    for ax, index in zip(panels, INDICES, strict=True):
         medians = growth_of(stored, index).groupby("spread")["smallest"].median()
         best, sizes = int(medians.to_numpy().argmin()), grown.array(f"{index}_sizes")[0]
-        upper.plot(sizes, grown.array(f"{index}_mse")[:, best].T, color="C0", alpha=0.5)
-        upper.axhline(goal, color="C3", ls="--")
-        lower.plot(sizes, 100 * grown.array(f"{index}_error")[:, best].T, color="C0", alpha=0.5)
-        lower.axhline(100 * paper.printed(f"radial-basis-{index.lower()}-error"), color="k", ls=":")
-        upper.set(xscale="log", yscale="log", title=f"{index}, spread {medians.index[best]:g}")
-        lower.set(yscale="log", xlabel="neurons")
-        lower.yaxis.set_major_formatter("{x:g}")
-        lower.yaxis.set_minor_formatter("")
-    panels[1, 0].axvline(paper.printed("radial-basis-w-neurons"), color="C3", ls="--")
-    long = stored["lifted_limit"].where()
-    panels[1, 1].plot(long["neurons"], 100 * long["testing_error"], color="C1")
-    panels[0, 0].set(ylabel="mean square error")
-    panels[1, 0].set(ylabel="testing error [%]")
+        errors = 100 * grown.array(f"{index}_error")[:, best].T
+        lines = ax.plot(sizes, errors, color="C0", lw=1, alpha=0.6)
+        lines[0].set_label("best spread, each seed")
+        limit = 100 * paper.printed(f"radial-basis-{index.lower()}-error")
+        ax.axhline(limit, color="#595959", ls=":", label="limit of the paper")
+        ax.set(xscale="log", yscale="log", title=f"{_head(index)}, spread {medians.index[best]:g}")
+        ax.set(ylabel="testing error [%]")
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("")
+        ax.set_xticks([1, 10, 100, 1000], labels=["1", "10", "100", "1000"])
+    size, limit = paper.printed("radial-basis-w-neurons"), paper.printed("radial-basis-w-error")
+    panels[0].plot(
+        size, 100 * limit, "D", color="C1", fillstyle="none", mew=2, ms=10, label="the paper, for $w$"
+    )
+    lifted = stored["lifted_limit"].where()
+    panels[1].plot(lifted["neurons"], 100 * lifted["testing_error"], color="C2", label="no neuron limit")
+    panels[1].set_yticks([2, 5, 10, 20, 50], labels=["2", "5", "10", "20", "50"])
+    panels[1].set(xlabel="RBF units")
+    handles = {
+        label: handle for ax in panels for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    fig.legend(handles.values(), handles, loc="outside upper center", ncols=2)
     return fig
 
 
-def loops(stored: Evidence) -> Markup:
-    """Set where the printed loop for w ends, for each reading."""
+def loops(stored: Evidence, live: Table) -> Markup:
+    """Set where the printed loop for w ends, for each reading with a result of its own and for one live run."""
     rows = stored["loop"].where(None)
-    success = rows.groupby("reading", sort=False)["success"]
-    passes = success.apply(lambda own: f"{own.sum()} of {len(own)}").to_frame("passes")
-    sizes = over_seeds(rows, "reading", {"spread": "spread", "neurons": "neurons"}, "{:g}")
-    metrics = {"testing_error": "testing error", "fresh": "on fresh points"}
-    table = passes.join([sizes, over_seeds(rows, "reading", metrics, "{:.2%}")])
-    return show(table.rename(index={"chosen": "as printed, chosen reading"}))
-
-
-def comparison(stored: Evidence) -> Markup:
-    """Set the fewest neurons of both kinds of networks for w, by testing error."""
-    pairs = needed_by_both(stored)
-    rows = {f"{100 * level:g} %": [with_range(own, "{:g}") for own in pair] for level, pair in pairs.items()}
-    return show(pd.DataFrame.from_dict(rows, orient="index", columns=["radial basis", "feed-forward"]))
+    cases = {name: rows[rows["reading"] == reading] for reading, name in _READINGS.items()}
+    cases["steps of 0.1, live run"] = live.where()
+    forms = {
+        "spread": (1, "{:.2g}", "spread [rad, m]"),
+        "neurons": (1, "{:.0f}", "neurons"),
+        "testing_error": (100, "{:.2f}", "testing error [%]"),
+        "fresh": (100, "{:.2f}", "on held-out points [%]"),
+    }
+    columns = {
+        head: {name: with_range(factor * own[metric], form) for name, own in cases.items()}
+        for metric, (factor, form, head) in forms.items()
+    }
+    return show(pd.DataFrame(columns))
 
 
 def input_spaces(stored: Evidence) -> Markup:
-    """Set the fewest neurons for w to a testing error of 1 %, by range and by number of joints."""
-    rows = stored["input_spaces"].where().groupby(["joints", "half_range_deg"])["neurons"].apply(_reached)
-    return show(rows.rename_axis(["joints", "range [±°]"]).rename("neurons"))
+    """Set the fewest neurons for w to a testing error of 1 %, by number of joints and by range, as one row."""
+    rows = stored["input_spaces"].where()
+    by_joints = (
+        rows[rows["half_range_deg"] == 15].groupby("joints")["neurons"].apply(with_range, form="{:.0f}")
+    )
+    by_range = rows[rows["joints"] == 7].groupby("half_range_deg")["neurons"].apply(with_range, form="{:.0f}")
+    cells = {("joints, at ±15°", f"{joints}"): value for joints, value in by_joints.items()}
+    cells |= {
+        ("range of seven joints", f"±{half:g}°"): value for half, value in by_range.items() if half != 15
+    }
+    return show(pd.DataFrame(cells, index=["neurons"]))
 
 
 def _reached(counts: pd.Series) -> str:
-    """Write counts over seeds, of which 0 stands for none."""
+    """Write the median of counts over seeds, of which 0 stands for none."""
     reached = counts[counts > 0]
     if reached.empty:
         return "none"
-    part = f" ({len(reached)} of {len(counts)} seeds)" if len(reached) < len(counts) else ""
-    return with_range(reached, "{:g}") + part
+    part = f" in {len(reached)} of {len(counts)} seeds" if len(reached) < len(counts) else ""
+    return f"{reached.median():.0f}{part}"
+
+
+def _head(index: str) -> str:
+    return "$w$" if index == "w" else index
