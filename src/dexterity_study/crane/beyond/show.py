@@ -63,17 +63,17 @@ def methods(stored: Evidence, live: Table) -> Markup:
     """Set errors on linear statics, with one live run, at fresh points, and on the co-rotational structure."""
     every = pd.concat([stored["learned_methods"].where(), stored["exact_methods"].where()])
     heads = {
-        "test_mean": "test, mean",
-        "test_largest": "test, largest",
-        "fresh_99": "fresh, 99 %",
-        "fresh_largest": "fresh, largest",
-        "corotational_mean": "co-rotational, mean",
+        "test_mean": ("test [mm]", "mean"),
+        "test_largest": ("test [mm]", "largest"),
+        "fresh_99": ("fresh points [mm]", "99 %"),
+        "fresh_largest": ("fresh points [mm]", "largest"),
+        "corotational_mean": ("co-rotational [mm]", "mean"),
     }
-    columns = _in_mm(every, "method", heads, "{:.2f}")
-    tested = _in_mm(live.where(), "method", {"test_mean": "live"}, "{:.2f}")
-    columns.insert(1, "test, mean, live", tested["live"])
+    columns = _in_mm(every, {metric: metric for metric in heads})
+    columns.columns = pd.MultiIndex.from_tuples(heads.values())
+    columns.insert(1, ("test [mm]", "live"), _in_mm(live.where(), {"test_mean": "live"})["live"])
     columns = columns.loc[list(METHODS)].set_index(pd.MultiIndex.from_tuples(METHODS.values()))
-    return show(columns.rename(columns="{} [mm]".format).fillna("–"))
+    return show(columns.fillna("–"))
 
 
 def speed(stored: Evidence) -> Markup:
@@ -81,25 +81,21 @@ def speed(stored: Evidence) -> Markup:
     sags = {
         THESIS: "network of the thesis",
         "network in angles": "network in angles",
-        REGRESSION: "regression in angles",
         STRUCTURE: "structure, linear",
         "co-rotational": "structure, co-rotational",
     }
     points = {
         GENETIC: "1 correction, search",
-        DESCENT: "2 direct network, descent",
         f"{THESIS}, once": "network of the thesis, 1 solve",
         "network in angles, in a loop": "network in angles, loop",
-        f"{REGRESSION}, in a loop": "regression in angles, loop",
         f"{STRUCTURE}, once": "structure, 1 solve",
         f"{STRUCTURE}, in a loop": "structure, 6 solves",
-        f"{STRUCTURE}, Gauss–Newton": "structure, Gauss–Newton",
         COROTATIONAL: "co-rotational, 4 solves",
     }
+    ways = (("in one batch [µs]", "at once", 1e6), ("one by one [ms]", "one by one", 1e3))
     rows = {
         (group, title): {
-            f"{head} [ms]": _quartiles(times(stored, of, asked), name)
-            for head, asked in (("in one batch", "at once"), ("one by one", "one by one"))
+            head: _quartiles(times(stored, of, asked), name, factor) for head, asked, factor in ways
         }
         for group, of, titles in (("one sag", "sag", sags), ("one target", "point", points))
         for name, title in titles.items()
@@ -107,29 +103,13 @@ def speed(stored: Evidence) -> Markup:
     return show(pd.DataFrame.from_dict(rows, orient="index"))
 
 
-def remedies(stored: Evidence) -> Markup:
-    """Set errors [mm] with the data that the thesis wishes for."""
-    lighter = stored["lighter_payloads"].where().assign(method="method 1")
-    rows = pd.concat([lighter, stored["even_data"].where()])
-    heads = {"spot": "(2, 2), 30 kg", "light": "mean, 30 kg", "mean": "mean", "largest": "largest"}
-    titles = {
-        "thesis's payloads": "data of the thesis",
-        "lighter ones besides": "with lighter payloads",
-        "thesis's grid": "data of the thesis",
-        "as many, evenly": "as many poses, evenly",
-        "a denser grid": "denser grid",
-    }
-    columns = _in_mm(rows, ["method", "data"], heads, "{:.1f}").rename(columns="{} [mm]".format)
-    return show(columns.rename(index=titles, level="data").rename_axis([None, None]))
+def _in_mm(rows: pd.DataFrame, heads: dict[str, str]) -> pd.DataFrame:
+    """Write medians and ranges over the seeds by method [mm]."""
+    return over_seeds(rows.assign(**{name: 1e3 * rows[name] for name in heads}), "method", heads, "{:.2f}")
 
 
-def _in_mm(rows: pd.DataFrame, index: str | list[str], heads: dict[str, str], form: str) -> pd.DataFrame:
-    """Write medians and ranges over the seeds [mm]."""
-    return over_seeds(rows.assign(**{name: 1e3 * rows[name] for name in heads}), index, heads, form)
-
-
-def _quartiles(rows: pd.DataFrame, name: str) -> str:
-    """Write the median of a time and its quartiles [ms]."""
+def _quartiles(rows: pd.DataFrame, name: str, factor: float) -> str:
+    """Write the median of a time and its quartiles."""
     if name not in rows.index:
         return "–"
-    return with_range(1e3 * rows.loc[name, ["lower", "median", "upper"]].to_numpy(dtype=float), "{:.2g}")
+    return with_range(factor * rows.loc[name, ["lower", "median", "upper"]].to_numpy(dtype=float), "{:.2g}")

@@ -101,7 +101,10 @@ def points(stored: Evidence) -> Markup:
         "harmed, all [%]": harmed["all"],
         "harmed, play [%]": harmed["play"],
     }
-    names = {i: f"{i}: ({x:g}, {y:g})" for i, (x, y) in enumerate(experiment.POINTS, start=1)}
+    names = {
+        i: f"{i}:\N{NO-BREAK SPACE}({x:g},\N{NO-BREAK SPACE}{y:g})"
+        for i, (x, y) in enumerate(experiment.POINTS, start=1)
+    }
     forms = {"force, empty [kN]": "{:.1f}", "force, loaded [kN]": "{:.1f}"}
     rows = pd.DataFrame(columns).rename(index=names).rename_axis("point [m]")
     return show(rows, "{:.0f}", forms=forms)

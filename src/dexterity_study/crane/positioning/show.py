@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -18,7 +17,7 @@ from dexterity_study.crane.positioning.experiment import (
     MODULAR,
     NONE,
 )
-from dexterity_study.crane.positioning.verdicts import NAMES, distance
+from dexterity_study.crane.positioning.verdicts import NAMES
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
@@ -43,7 +42,7 @@ COLORS = {method: f"C{number}" for number, method in enumerate((GENETIC, EXACT, 
 
 def clouds(stored: Evidence) -> Figure:
     """Draw mean against largest errors of each seed, with the values of the thesis."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.6))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
     for method, color in COLORS.items():
         seeds = stored["methods"].where(method=method)
         ax.loglog(seeds["mean"], seeds["max"], "o", color=color, alpha=0.7, label=TITLES[method])
@@ -74,20 +73,6 @@ def errors(stored: Evidence, live: Table) -> Markup:
         ("at an end [%]", "ours"): ours["stopped"],
     }
     return show(pd.DataFrame(columns).loc[list(METHODS)].rename(index=TITLES), "{:.1f}")
-
-
-def gains(stored: Evidence) -> Figure:
-    """Draw the error of each method at each test point and load against the error without compensation."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.3))
-    none = distance(stored, NONE)[0].ravel()
-    ends = np.array([none.min() / 1.3, none.max() * 1.3])
-    for method in (GENETIC, EXACT, DIRECT, INVERSE):
-        medians = np.median(distance(stored, method), axis=0).ravel()
-        ax.loglog(none, medians, ".", color=COLORS[method], alpha=0.8, label=TITLES[method])
-    ax.plot(ends, ends, color="#808080", lw=1.5, label="no gain")
-    ax.set(xlabel="error without compensation [mm]", ylabel="error [mm]")
-    fig.legend(loc="outside upper center", ncols=2)
-    return fig
 
 
 def _printed(method: str, kind: str) -> float:

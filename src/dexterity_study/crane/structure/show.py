@@ -109,7 +109,7 @@ def agreement(stored: Evidence) -> Figure:
 
 def fit(stored: Evidence) -> Figure:
     """Draw which pairs of numbers meet either target, and the errors at each test point."""
-    fig, (plane, points) = plt.subplots(2, 1, figsize=(figures.WIDTH, 5.4))
+    fig, (plane, points) = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.8))
     _draw_fit(plane, stored)
     _draw_errors(points, stored)
     for ax in (plane, points):
@@ -155,7 +155,7 @@ def _draw_errors(ax: Axes, stored: Evidence) -> None:
 
 def working_area(spacing: float = 0.05) -> Figure:
     """Draw the deflection at the rating over the working area, and the poses of the training data."""
-    fig, (left, right) = plt.subplots(1, 2, figsize=(figures.WIDTH, 4.6), sharex=True, sharey=True)
+    fig, (left, right) = plt.subplots(1, 2, figsize=(figures.WIDTH, 4.2), sharex=True, sharey=True)
     x, y = (torch.arange(*sides, spacing, dtype=torch.float64) for sides in BOX)
     reach = crane.inverse(torch.cartesian_prod(x, y))
     strokes = torch.where(reach.within_limits[:, None], reach.strokes, 0.0)
