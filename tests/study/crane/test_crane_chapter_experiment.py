@@ -79,8 +79,9 @@ def test_each_difference_is_drawn_alike_with_others_and_alone(evidence):
     assert (3 * sizes[1] < sizes[2]).all()
 
 
-def test_tables_and_figures_hold_all_points_ways_and_differences(evidence):
-    assert show.errors(evidence, "point reached").html.count("<tr") == 7
-    assert show.by_difference(evidence, "target").html.count("<tr") == 1 + len(experiment.DIFFERENCES)
+def test_tables_and_figures_hold_all_points_payloads_and_references(evidence):
     assert show.points(evidence).html.count("<tr") == 1 + len(experiment.POINTS)
-    assert len(show.bars(evidence).axes) == 4
+    assert show.networks(evidence, evidence["measurements"]).html.count("<tr") == 1 + len(experiment.PAYLOADS)
+    for draw in (show.measured, show.by_difference):
+        titles = [ax.get_title() for ax in draw(evidence).axes]
+        assert titles == [f"from the {reference}" for reference in experiment.REFERENCES]

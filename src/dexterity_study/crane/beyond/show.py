@@ -2,116 +2,114 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from dexterity.crane import positioning
-from dexterity_study.crane.beyond.experiment import COROTATIONAL
+from dexterity_study.claims.ledger import load_paper
+from dexterity_study.crane.beyond.experiment import (
+    COROTATIONAL,
+    DESCENT,
+    GENETIC,
+    NOTHING,
+    REGRESSION,
+    STRUCTURE,
+    THESIS,
+)
 from dexterity_study.crane.beyond.verdicts import loop, times
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
+from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import over_seeds, show
 
-KINDS = ("mean", "largest")
+FLOOR = 1e-3
+"""Error below which a crane is not positioned any better [mm]."""
+
+METHODS = {
+    NOTHING: ("the thesis", "no compensation"),
+    DESCENT: ("the thesis", "2 direct network, descent"),
+    GENETIC: ("the thesis", "1 correction, search"),
+    f"{THESIS}, once": ("learned sag in the loop", "network of the thesis, 1 solve"),
+    f"{THESIS}, in a loop": ("learned sag in the loop", "network of the thesis"),
+    "network of 40 neurons, in a loop": ("learned sag in the loop", "network of 40 neurons"),
+    "training grid as a table, in a loop": ("learned sag in the loop", "training grid as a table"),
+    "network in angles, in a loop": ("learned sag in the loop", "network in angles"),
+    f"{REGRESSION}, in a loop": ("learned sag in the loop", "regression in angles"),
+    f"{STRUCTURE}, once": ("structure", "loop, 1 solve"),
+    f"{STRUCTURE}, in a loop": ("structure", "loop, 6 solves"),
+    f"{STRUCTURE}, Gauss–Newton": ("structure", "Gauss–Newton"),
+}
+"""Group and name of the methods on the page."""
 
 
-def placed(task: positioning.Task, placement: positioning.Placement) -> Markup:
-    """Set the strokes that position a point, and the error that is left."""
-    missed = positioning.errors(task, placement).distance
-    rows = pd.DataFrame(placement.strokes.numpy(), columns=["s1 [m]", "s2 [m]", "s3 [m]"])
-    return show(rows.assign(**{"error [mm]": [f"{error:.1e}" for error in 1e3 * missed]}), "{:.6f}")
-
-
-def loops(stored: Evidence) -> Markup:
-    """Set errors [mm] by the number of structural solves."""
-    names = ("linear", "co-rotational")
-    columns = {f"{name}, {kind}": 1e3 * loop(stored, name)[kind] for name in names for kind in KINDS}
-    return show(pd.DataFrame(columns).rename(index=str))
-
-
-def methods(stored: Evidence, live: Table) -> Markup:
-    """Set errors [mm] on linear statics: on the test, live besides, and at fresh points."""
-    kinds = {"test_mean": "mean", "test_largest": "largest"}
-    kinds |= {"fresh_mean": "fresh, mean", "fresh_99": "fresh, 99 %", "fresh_largest": "fresh, largest"}
-    columns = _in_mm(_methods(stored), "method", kinds)
-    columns.insert(1, "mean, live", _in_mm(live.where(), "method", {"test_mean": "mean"})["mean"])
-    return show(columns.fillna("–"))
-
-
-def corotational(stored: Evidence) -> Markup:
-    """Set errors [mm] on the co-rotational structure."""
-    itself = loop(stored, "co-rotational").tail(1).rename(columns={k: f"corotational_{k}" for k in KINDS})
-    rows = pd.concat([_methods(stored), itself.assign(method=COROTATIONAL)])
-    return show(_in_mm(rows, "method", {f"corotational_{kind}": kind for kind in KINDS}))
-
-
-def speed(stored: Evidence, of: str) -> Markup:
-    """Set processor times [µs] of sags or points, median and quartiles, at once and one by one."""
-    at_once, alone = (
-        1e6 * times(stored, of, points)[["median", "lower", "upper"]] for points in ("at once", "one by one")
-    )
-    columns = {
-        f"{title} [µs]": own.map(_three_digits).apply(lambda row: "{} ({}–{})".format(*row), axis=1)
-        for title, own in (("at once", at_once), ("one by one", alone))
-    }
-    columns["a second, at once"] = (1e6 / at_once["median"]).map("{:,.0f}".format)
-    return show(pd.DataFrame(columns).reindex(alone.index).fillna("–"))
-
-
-def trade(stored: Evidence) -> Figure:
-    """Draw the mean error on the test, each method's on its structure, against the time for a point."""
-    errors = _methods(stored).groupby("method")["test_mean"].median()
-    errors[COROTATIONAL] = loop(stored, "co-rotational")["mean"].iloc[-1]
-    at_once, alone = (1e3 * times(stored, "point", points)["median"] for points in ("at once", "one by one"))
-    fig, ax = plt.subplots(figsize=(6.8, 5.6))
-    for marker, (name, slow) in zip("osD^v<>PX*hpd8", alone.items(), strict=False):
-        error = 1e3 * errors[str(name)]
-        ax.loglog([at_once.get(name, slow), slow], [error, error], f"{marker}-", linewidth=1, label=name)
-    ax.set(xlabel="processor time for a point [ms]", ylabel="mean error on the test [mm]")
-    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
+def loops(stored: Evidence) -> Figure:
+    """Draw errors by the number of structural solves, with the mean errors of the thesis."""
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
+    for structure, color in (("linear", "C0"), ("co-rotational", "C1")):
+        errors = 1e3 * loop(stored, structure)[["mean", "largest"]].clip(lower=FLOOR / 1e3)
+        ax.semilogy(errors["mean"], f"{color}o-", label=f"{structure}, mean")
+        ax.semilogy(errors["largest"], f"{color}s--", mfc="none", label=f"{structure}, largest")
+    ax.axhspan(FLOOR / 2, FLOOR, color="#E6E6E6", zorder=0)
+    printed = load_paper("rouvinen1999").printed("crane-correction-mean")[2]
+    ax.axhline(printed, color="#595959", ls=":", label="thesis, mean")
+    ax.set(xlabel="structural solves per target", ylabel="error [mm]", ylim=(FLOOR / 2, 300))
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
 
 
-def remedies(stored: Evidence) -> Markup:
-    """Set errors [mm] with the data that the thesis wishes for."""
-    lighter = stored["lighter_payloads"].where().assign(method="method 1")
-    rows = pd.concat([lighter, stored["even_data"].where()])
-    heads = {"spot": "(2, 2), 30 kg", "light": "mean with 30 kg", "mean": "mean", "largest": "largest"}
-    return show(_in_mm(rows, ["method", "data"], heads))
+def methods(stored: Evidence, live: Table) -> Markup:
+    """Set errors on linear statics, with one live run, at fresh points, and on the co-rotational structure."""
+    every = pd.concat([stored["learned_methods"].where(), stored["exact_methods"].where()])
+    heads = {
+        "test_mean": ("test [mm]", "mean"),
+        "test_largest": ("test [mm]", "largest"),
+        "fresh_99": ("fresh points [mm]", "99 %"),
+        "fresh_largest": ("fresh points [mm]", "largest"),
+        "corotational_mean": ("co-rotational [mm]", "mean"),
+    }
+    columns = _in_mm(every, {metric: metric for metric in heads})
+    columns.columns = pd.MultiIndex.from_tuples(heads.values())
+    columns.insert(1, ("test [mm]", "live"), _in_mm(live.where(), {"test_mean": "live"})["live"])
+    columns = columns.loc[list(METHODS)].set_index(pd.MultiIndex.from_tuples(METHODS.values()))
+    return show(columns.fillna("–"))
 
 
-def sizes(stored: Evidence) -> Markup:
-    """Set errors [mm] of method 4 by size of the crane."""
-    rows = stored["smaller_crane"].where()
-    rows["beside"] = rows["mean"] / rows["size"]
-    heads = {"mean": "mean", "largest": "largest", "beside": "mean, of the first crane's size"}
-    columns = _in_mm(rows, "size", heads).join(rows.groupby("size")["amplification"].first())
-    return show(columns.rename(index=_size))
+def speed(stored: Evidence) -> Markup:
+    """Set processor times of a sag and of a point, at once and one by one, with their quartiles."""
+    sags = {
+        THESIS: "network of the thesis",
+        "network in angles": "network in angles",
+        STRUCTURE: "structure, linear",
+        "co-rotational": "structure, co-rotational",
+    }
+    points = {
+        GENETIC: "1 correction, search",
+        f"{THESIS}, once": "network of the thesis, 1 solve",
+        "network in angles, in a loop": "network in angles, loop",
+        f"{STRUCTURE}, once": "structure, 1 solve",
+        f"{STRUCTURE}, in a loop": "structure, 6 solves",
+        COROTATIONAL: "co-rotational, 4 solves",
+    }
+    ways = (("in one batch [µs]", "at once", 1e6), ("one by one [ms]", "one by one", 1e3))
+    rows = {
+        (group, title): {
+            head: _quartiles(times(stored, of, asked), name, factor) for head, asked, factor in ways
+        }
+        for group, of, titles in (("one sag", "sag", sags), ("one target", "point", points))
+        for name, title in titles.items()
+    }
+    return show(pd.DataFrame.from_dict(rows, orient="index"))
 
 
-def tables(stored: Evidence) -> Markup:
-    """Set the largest error [mm] of tables by the number of their entries, and by size of the crane."""
-    errors = 1e3 * stored["tables"].where().pivot(index="entries", columns="size", values="largest")
-    columns = errors.sort_index(axis="columns", ascending=False).rename_axis(columns=None)
-    return show(columns.rename(index="{:,}".format, columns=_size))
+def _in_mm(rows: pd.DataFrame, heads: dict[str, str]) -> pd.DataFrame:
+    """Write medians and ranges over the seeds by method [mm]."""
+    return over_seeds(rows.assign(**{name: 1e3 * rows[name] for name in heads}), "method", heads, "{:.2f}")
 
 
-def _methods(stored: Evidence) -> pd.DataFrame:
-    return pd.concat([stored["learned_methods"].where(), stored["exact_methods"].where()])
-
-
-def _in_mm(rows: pd.DataFrame, index: str | list[str], heads: dict[str, str]) -> pd.DataFrame:
-    """Write medians and ranges over the seeds [mm]."""
-    return over_seeds(rows.assign(**{name: 1e3 * rows[name] for name in heads}), index, heads)
-
-
-def _size(size: Any) -> str:
-    return "the crane" if size == 1 else f"{size:g} times its size"
-
-
-def _three_digits(value: float) -> str:
-    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+def _quartiles(rows: pd.DataFrame, name: str, factor: float) -> str:
+    """Write the median of a time and its quartiles."""
+    if name not in rows.index:
+        return "–"
+    return with_range(factor * rows.loc[name, ["lower", "median", "upper"]].to_numpy(dtype=float), "{:.2g}")

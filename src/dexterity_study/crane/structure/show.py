@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import torch
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from torch import Tensor
 
 from dexterity import crane
 from dexterity.crane.shape import PARTS, bars
@@ -28,6 +28,7 @@ from dexterity_study.crane.structure.experiment import (
 from dexterity_study.crane.structure.verdicts import nearest_swap, printed, statistics_of, swap_statistics
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 
@@ -37,13 +38,8 @@ MAGNIFIED = 10.0
 PART_COLORS = ("black", "blue", "bluish green", "orange", "reddish purple", "vermillion")
 PART_RADII = (0.05, 0.045, 0.04, 0.028, 0.03, 0.03)
 TESTED = [name for name in STATISTICS if name not in TARGETS]
-
-
-def deflections(strokes: Tensor, payloads: list[float]) -> Markup:
-    """Set the deflection of one pose by payload."""
-    sag = 1e3 * crane.deflection(strokes, payloads).numpy()
-    index = pd.Index(payloads, name="payload [kg]")
-    return show(pd.DataFrame(sag, columns=["along x [mm]", "along y [mm]"], index=index), "{:.1f}")
+TITLES = {name: name.replace("max", "largest") for name in STATISTICS}
+"""Names of the statistics on the page."""
 
 
 def scene(point: tuple[float, float] = (6.0, 2.0), frames: int = 25) -> Scene:
@@ -68,20 +64,8 @@ def swaying_bars(point: tuple[float, float], frames: int) -> tuple[np.ndarray, d
     return still, {part: moved[:, [name == part for name in own.parts]] for part in PARTS}
 
 
-def linear_statics(stored: Evidence) -> Markup:
-    """Set the differences of linear statics from the co-rotational solution."""
-    rows = stored["linear_statics"].where().set_index("on")[["mean", "largest"]]
-    return show(rows.add_suffix(" [mm]").rename_axis("linear from co-rotational"), "{:.2f}")
-
-
-def rates(stored: Evidence) -> Markup:
-    """Set solves per second of processor time on one core."""
-    rows = 1 / stored["rates"].where().set_index("way")[["median", "upper", "lower"]]
-    return show(rows.set_axis(["solves per second", "lower quartile", "upper quartile"], axis=1), "{:,.0f}")
-
-
 def statistics(stored: Evidence, live: Table) -> Markup:
-    """Set the six statistics side by side: printed, untuned, fitted, live, co-rotational, and with a swap."""
+    """Set the six statistics side by side: printed, untuned, fitted, live, co-rotational, and with an exchange."""
     ours, fits = statistics_of(stored).droplevel("seed"), stored["fits"].where().set_index("to")
     left, taken, nearest = nearest_swap(stored)
     columns = {
@@ -92,23 +76,48 @@ def statistics(stored: Evidence, live: Table) -> Markup:
         "co-rotational": ours.loc["crane-linear-statics=co-rotational"],
         f"{taken} for {left}": nearest,
     }
-    return show(pd.DataFrame(columns).loc[list(STATISTICS)].astype(float), "{:.1f}")
+    rows = pd.DataFrame(columns).loc[list(STATISTICS)].astype(float).rename(index=TITLES)
+    return show(rows.rename_axis("error [mm]"), "{:.1f}")
 
 
-def ranges(stored: Evidence) -> Markup:
-    """Set the ranges of the four statistics that were not fitted, by what was changed before [mm]."""
-    refits = stored["fits"].where().query("found == True and changed != 'nothing'")
-    groups = {str(name): own for name, own in refits.groupby("changed", sort=False)}
-    rows = {"printed": {**printed()[TESTED].map("{:.1f}".format), "fits": "–"}}
-    for changed, own in (groups | {"a test point swapped": swap_statistics(stored)}).items():
-        spans = {name: f"{own[name].min():.1f}–{own[name].max():.1f}" for name in TESTED}
-        rows[changed] = {**spans, "fits": f"{len(own)}"}
-    return show(pd.DataFrame.from_dict(rows, orient="index"))
+def agreement(stored: Evidence) -> Figure:
+    """Draw the statistics that were not fitted over the printed ones: of this crane, and after other choices."""
+    refits = stored["fits"].where().query("found == True")
+    groups = {
+        "other sections": refits[refits["changed"] == "sections, masses, pads, strokes"],
+        "one point left out": refits[refits["changed"] == "a test point left out"],
+        "one point exchanged": swap_statistics(stored),
+    }
+    wanted = printed()[TESTED]
+    rows = np.arange(len(TESTED))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
+    for shift, (label, group) in zip((-0.2, 0.0, 0.2), groups.items(), strict=True):
+        ratios = group[TESTED].astype(float) / wanted
+        ax.hlines(
+            rows + shift, ratios.min(), ratios.max(), color=f"C{len(ax.collections)}", lw=6, label=label
+        )
+    fitted = statistics_of(stored).xs("chosen").iloc[0][TESTED] / wanted
+    ax.plot(fitted, rows, "o", color=COLORS["black"], label="fitted crane")
+    ax.plot(nearest_swap(stored)[2][TESTED] / wanted, rows + 0.2, "D", color="#595959", label="best exchange")
+    ax.axvline(1, color="#808080", ls="--", label="as printed")
+    ax.set_yticks(rows, [TITLES[name] for name in TESTED])
+    ax.invert_yaxis()
+    ax.set(xlabel="statistic / printed statistic")
+    fig.legend(loc="outside upper center", ncols=2)
+    return fig
 
 
 def fit(stored: Evidence) -> Figure:
     """Draw which pairs of numbers meet either target, and the errors at each test point."""
-    fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.6), width_ratios=(2, 3))
+    fig, (plane, points) = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.8))
+    _draw_fit(plane, stored)
+    _draw_errors(points, stored)
+    for ax in (plane, points):
+        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    return fig
+
+
+def _draw_fit(ax: Axes, stored: Evidence) -> None:
     bending, ground = np.meshgrid(np.linspace(0.85, 1.45, 61), np.linspace(2.6, 4.8, 61))
     untuned = np.array(UNTUNED) / [1, 1e6]
     scaled = (axis[..., None, None, None] for axis in (bending / untuned[0], ground / untuned[1]))
@@ -116,29 +125,37 @@ def fit(stored: Evidence) -> Figure:
     distance = 1e3 * np.linalg.norm(sags.errors(*scaled), axis=-1)
     fields = (distance.mean(axis=(-2, -1)), distance.max(axis=(-2, -1)))
     for field, look, (name, target) in zip(fields, ("C0-", "C1--"), TARGETS.items(), strict=True):
-        left.contour(bending, ground, field, [target], colors=look[:2], linestyles=look[2:])
-        left.plot([], [], look, label=f"{name} as printed")
+        ax.contour(bending, ground, field, [target], colors=look[:2], linestyles=look[2:])
+        ax.plot([], [], look, label=TITLES[name])
     factors = stored["fits"].where(to="fitted")[["first", "second"]].to_numpy(dtype=float)[0]
-    left.plot(*untuned * factors, "o", color=COLORS["black"])
-    left.plot(*untuned, "x", color=COLORS["black"])
-    left.set(xlabel="bending factor β", ylabel="ground stiffness k [MN·m/rad]")
+    ax.plot(*untuned * factors, "o", color=COLORS["black"])
+    ax.plot(*untuned, "x", color=COLORS["black"])
+    ax.set(xlabel="bending factor β", ylabel="ground stiffness k\n[MN·m/rad]")
+
+
+def _draw_errors(ax: Axes, stored: Evidence) -> None:
     rows = stored["uncompensated"].where()
     errors = 1e3 * rows[["error_x", "error_y"]].abs().to_numpy().reshape(len(crane.TEST_POINTS), -1, 2)
     order = errors[:, -1, 0].argsort()
     for column, (name, color) in enumerate((("x", "blue"), ("y", "vermillion"))):
-        right.plot(errors[order, :, column], ".", color=COLORS[color])
-        right.axhline(printed()[f"max {name}"], color=COLORS[color], lw=1, ls=":")
-        right.plot([], [], ".", color=COLORS[color], label=f"error in {name}")
-    labels = [named(crane.TEST_POINTS[i])[1:-1] for i in order]
-    right.set_xticks(range(len(labels)), labels, rotation=90, fontsize="x-small")
-    right.set(ylabel="error [mm]", xlabel="test point, by its error in x")
-    fig.legend(loc="outside upper center", ncols=2, fontsize="small")
-    return fig
+        ax.plot(errors[order, :, column], ".", color=COLORS[color])
+        ax.axhline(printed()[f"max {name}"], color=COLORS[color], lw=1, ls=":")
+        ax.plot([], [], ".", color=COLORS[color], label=f"error in {name}")
+    largest = (len(order) - 1, errors[order[-1], :, 0].max())
+    ax.annotate(
+        named(crane.TEST_POINTS[order[-1]]),
+        largest,
+        (0, 20),
+        textcoords="offset points",
+        ha="right",
+        arrowprops={"arrowstyle": "-", "color": "#595959"},
+    )
+    ax.set(ylabel="error [mm]", xlabel="test points by error in x", xticks=[])
 
 
 def working_area(spacing: float = 0.05) -> Figure:
     """Draw the deflection at the rating over the working area, and the poses of the training data."""
-    fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 5.2), sharex=True, sharey=True)
+    fig, (left, right) = plt.subplots(1, 2, figsize=(figures.WIDTH, 4.2), sharex=True, sharey=True)
     x, y = (torch.arange(*sides, spacing, dtype=torch.float64) for sides in BOX)
     reach = crane.inverse(torch.cartesian_prod(x, y))
     strokes = torch.where(reach.within_limits[:, None], reach.strokes, 0.0)
@@ -152,7 +169,8 @@ def working_area(spacing: float = 0.05) -> Figure:
     right.plot(*np.transpose(NAMED), "o", ms=14, mfc="none", color="C3", label="said to be scarce")
     for ax in (left, right):
         ax.set(xlabel="x [m]", aspect="equal")
+        ax.grid(visible=False)
     left.set(ylabel="y [m]")
-    fig.colorbar(image, ax=(left, right), label="deflection at the rating [mm]", shrink=0.7)
-    fig.legend(loc="outside upper center", ncols=3, fontsize="small")
+    fig.colorbar(image, ax=(left, right), location="bottom", label="sag at the rating [mm]", shrink=0.9)
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
