@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import matplotlib.pyplot as plt
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
 from torch import Tensor
 
-from dexterity import scenes
+from dexterity import indices, scenes
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics import spherical_wrist
 from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 
 PALETTE = tuple(COLORS[name] for name in ("blue", "vermillion", "bluish green", "reddish purple"))
+ARMS = {
+    "stated": "stated arm",
+    "fitted": "fitted arm",
+    "PUMA 560": "PUMA 560",
+    "all axes skew": "skew axes",
+}
 
 
 def configurations(arm: Chain, pose: Tensor) -> Tensor:
@@ -40,38 +49,64 @@ def four_ways(title: str, arm: Chain, pose: Tensor) -> scenes.Scene:
     return scene
 
 
+def counts(stored: Evidence) -> Figure:
+    """Draw the shares of the poses by the number of configurations within the joint limits."""
+    rows = 100 * stored["round_trips"].where().set_index("arm").filter(like="within_").dropna()
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.2))
+    width = 0.8 / len(rows)
+    for i, (arm, shares) in enumerate(rows.iterrows()):
+        numbers = [number + (i - (len(rows) - 1) / 2) * width for number in range(len(shares))]
+        ax.bar(numbers, shares, width, label=ARMS[str(arm)])
+    ax.axvline(8, color="#595959", ls="--", lw=1.2, zorder=0, label="paper: up to eight")
+    ax.set(xlabel="configurations within the joint limits", ylabel="share of the poses [%]")
+    ax.set_xticks(range(9))
+    fig.legend(loc="outside upper center", ncols=2)
+    return fig
+
+
+def branches(arms: Mapping[str, tuple[Chain, Tensor]]) -> Markup:
+    """Set the joint values [rad] and w of the branches of a pose, in each row a pair by the sign of q5."""
+    tables = {}
+    for title, (arm, pose) in arms.items():
+        q = configurations(arm, pose)
+        shown = pd.DataFrame(q[:4, :3].numpy(), columns=[f"$q_{n}$ [rad]" for n in (1, 2, 3)])
+        shown["$|q_5|$ [rad]"] = q[:4, 4].abs()
+        shown["$w$ [m³]"] = [
+            f"{value:.4f}" for value in indices.manipulability(arm.geometric_jacobian(q[:4]))
+        ]
+        tables[title] = shown.set_axis([f"branch {n}" for n in range(1, 5)])
+    return show(pd.concat(tables, names=["arm", "branch"]), "{:.2f}")
+
+
 def round_trips(stored: Evidence, live: Table) -> Markup:
-    """Set pose errors and shares of the round trips by arm, stored and live."""
-    rows = pd.concat({"stored": stored["round_trips"].where(), "live": live.where()}, names=["run"])
-    rows = rows.reset_index("run").set_index(["run", "arm"])
-    heads = {"found": "own configuration found [%]", "refused": "out of reach, flagged [%]"}
-    errors = rows["pose_error"].map("{:.0e}".format).rename("largest pose error")
-    values = rows["values_of_w"].rename("different w at most")
-    return show(pd.concat([errors, 100 * rows[list(heads)].rename(columns=heads), values], axis=1), "{:.4g}")
+    """Set pose errors and shares of the round trips by arm, and the pose errors of a live run."""
+    rows = stored["round_trips"].where().set_index("arm")
+    shares = {
+        "found": "drawn configuration found [%]",
+        "refused": "out of reach, flagged [%]",
+        "branches_8": "eight branches [%]",
+    }
+    errors = {
+        f"pose error, {run}": table.where().set_index("arm")["pose_error"].astype(float)
+        for run, table in (("stored", stored["round_trips"]), ("live", live))
+    }
+    table = pd.DataFrame(
+        {
+            **errors,
+            **{head: 100 * rows[name].astype(float) for name, head in shares.items()},
+            "different $w$, at most": rows["values_of_w"],
+        }
+    )
+    return show(table.rename(ARMS), "{:.0f}", forms=dict.fromkeys(errors, "{:.0e}"))
 
 
-def both_angles(angles: Tensor) -> Markup:
-    """Set the two solutions (2) [rad] of a subproblem in degrees."""
-    return show(pd.Series(torch.rad2deg(angles).numpy(), ["first", "second"], name="angle [°]"), "{:.2f}")
-
-
-def counts(stored: Evidence) -> Markup:
-    """Set shares [%] of the poses by number of branches, and by number of those within the limits."""
-    rows = 100 * stored["round_trips"].where().set_index("arm")
-    parts = {"all": rows.filter(like="branches_"), "within limits": rows.filter(like="within_").dropna()}
-    numbered = {title: part.set_axis(range(9), axis="columns") for title, part in parts.items()}
-    return show(pd.concat(numbered, names=["branches"]))
-
-
-def joint_table(chain: Chain, q: Tensor) -> Markup:
-    """Set configurations (m, n) [rad], a row for each."""
-    return show(pd.DataFrame(q, columns=chain.joint_names), "{:.2f}")
-
-
-def border(live: Table) -> Figure:
+def border(stored: Evidence) -> Figure:
     """Draw how far both elbows are apart against the distance from the border."""
-    fig, ax = plt.subplots()
-    ax.loglog(live.array("short")[0, :-1], live.array("apart")[0, :-1])
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 2.8))
+    table = stored["border"]
+    ax.loglog(table.array("short")[0, :-1], table.array("apart")[0, :-1])
     ax.invert_xaxis()
-    ax.set(xlabel="distance to the border of the workspace [m]", ylabel="largest difference of a joint [rad]")
+    ax.set(
+        xlabel="distance to the border of the workspace [m]", ylabel="largest difference\nof a joint [rad]"
+    )
     return fig

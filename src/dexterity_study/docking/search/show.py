@@ -12,125 +12,150 @@ import torch
 from matplotlib.figure import Figure
 from torch import Tensor
 
-from dexterity.docking import Docking, DockingProblem
+from dexterity.docking import DockingProblem
 from dexterity.scenes import Scene
 from dexterity.scenes.colors import COLORS
 from dexterity.search import GeneticSearch
 from dexterity_study.docking import scenes
-from dexterity_study.docking.cases import CASES, arm_of
-from dexterity_study.docking.search.experiment import ALONE, NEAR, VARIABLES, VEHICLE, genetic
+from dexterity_study.docking.area.show import ARM_COLORS
+from dexterity_study.docking.cases import ARMS, CASES, arm_of, printed_poses
+from dexterity_study.docking.search.experiment import NEAR, VEHICLE, genetic
 from dexterity_study.docking.search.verdicts import found, optima
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import show
 
-_LINES = (("blue", "-"), ("sky blue", "--"), ("vermillion", "-"), ("orange", "--"))
+_STYLES = (("blue", "-"), ("sky blue", "--"), ("vermillion", "-"), ("orange", "--"))
+REGIONS = {"and": "in x and y", "or": "in x or y"}
+
+
+def names_of(case: str) -> tuple[str, str]:
+    """Return a case in words: the arm, and where its base is beside the task area."""
+    arm, _, region = case.partition(", ")
+    return f"{arm} arm", REGIONS[region]
+
+
+NAMES = {reading: names_of(case) for case, reading in CASES.items()}
 STYLES: dict[str, Any] = {
-    case: {"color": COLORS[name], "ls": ls, "label": case}
-    for case, (name, ls) in zip(CASES, _LINES, strict=True)
+    reading: {"color": COLORS[name], "ls": ls, "label": ", ".join(NAMES[reading]).replace(" arm", "")}
+    for reading, (name, ls) in zip(CASES.values(), _STYLES, strict=True)
 }
-LABELS = {reading: case for case, reading in CASES.items()}
-LABELS |= {alone: f"{LABELS[reading]}, b = 0" for reading, alone in ALONE.items()}
 
 
-def written(row: pd.Series) -> str:
-    """Write the numbers of a pose."""
-    return ", ".join(f"{number:.3f}" for number in row.dropna())
+def by_case(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the four cases, by their readings, under arm and place of the base in words."""
+    names = pd.MultiIndex.from_tuples(NAMES.values(), names=["arm", "base beside the area"])
+    return table.loc[[*NAMES]].set_axis(names)
 
 
 def optimum(stored: Evidence) -> Markup:
-    """Set the true optima, and how far both methods are apart."""
-    best = optima(stored)
-    columns = {
-        "x, y, z [m], ψ [rad]": best[[*VARIABLES]].apply(written, axis="columns"),
-        "M_a [m³]": best["area_manipulability"],
-        "D [m]": best["distance"],
-        "fitness": best["fitness"],
-        "methods differ by": (best["evolved"] / best["fitness"] - 1).abs().map("{:.0e}".format),
+    """Set the true optima."""
+    heads = {
+        "x": "$x$ [m]",
+        "y": "$y$ [m]",
+        "z": "$z$ [m]",
+        "psi": "$ψ$ [rad]",
+        "area_manipulability": "$M_a$ [m³]",
+        "distance": "$D$ [m]",
     }
-    return show(pd.DataFrame(columns).rename(LABELS), "{:.4f}")
+    best = by_case(optima(stored)).rename(columns=heads)[[*heads.values()]].astype(float)
+    return show(best, "{:.2f}", forms={"$M_a$ [m³]": "{:.4f}"})
 
 
 def shares(stored: Evidence) -> Figure:
-    """Draw the fitness of genetic runs beside the true optimum, sorted."""
-    fig, ax = plt.subplots(figsize=(6.8, 3.4))
+    """Draw the fitness of genetic runs relative to the true optimum, sorted."""
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.6))
     runs = 100 * found(stored)["share"]
-    for case, reading in CASES.items():
-        ax.ecdf(runs[reading], orientation="horizontal", **STYLES[case])
-    ax.set(xlabel="share of the seeds", ylabel="fitness, of the true optimum [%]")
-    ax.legend()
+    for reading, style in STYLES.items():
+        ax.ecdf(runs[reading], orientation="horizontal", **style)
+    ax.axhline(100 * NEAR, color="#595959", lw=1.2, zorder=0)
+    ax.text(0.99, 100 * NEAR - 0.3, "near the optimum", color="#595959", ha="right", va="top")
+    ax.set(
+        xlabel="share of the runs",
+        ylabel="fitness [% of the optimum]",
+        ylim=(83, 100.5),
+        yticks=[85, 90, 95, 100],
+    )
+    fig.legend(title="arm, and where its base is beside the area", loc="outside upper center", ncols=2)
     return fig
 
 
-def best_pose(run: Docking) -> Markup:
-    """Set the pose that one run has found, and what it is worth."""
-    facts = dict(zip(("x [m]", "y [m]", "z [m]", "ψ [rad]"), run.pose.tolist(), strict=True))
-    facts |= {"M_a [m³]": run.area_manipulability, "D [m]": run.distance, "fitness": run.fitness}
-    return show(pd.Series(facts, name="best pose"), "{:.3f}")
+def methods(stored: Evidence) -> Markup:
+    """Set what genetic runs, other methods and climbs by gradients find, relative to the true optimum."""
+    runs = found(stored).loc[[*NAMES]]
+    groups = runs.assign(near=runs["share"] >= NEAR).groupby("reading", sort=False)
+    peers = stored["peers"].where(None).set_index("reading").drop(columns="seed")
+    peers = 100 * peers.div(optima(stored)["fitness"].loc[peers.index], axis="index")
+    climbs = stored["gradients"].where(None).set_index("reading").astype(float)
+    count = groups["evaluations"].median() / climbs["evaluations"]
 
+    def medians(values: pd.Series) -> pd.Series:
+        return values.groupby("reading", sort=False).apply(with_range, form="{:.0f}")
 
-def runs(stored: Evidence) -> Markup:
-    """Set what genetic runs find, by reading."""
-    rows = found(stored).rename(LABELS, level="reading")
-    rows = rows.assign(near=rows["share"] >= NEAR)
-    rows[["share", "of_lattice", "dead", "near", "on_quarter", "faces"]] *= 100
-    spread = {
-        "share": "of the optimum [%]",
-        "of_lattice": "of the lattice's best [%]",
-        "dead": "dead inside [%]",
-    }
-    told = {"near": "near it [%]", "on_quarter": "nearest quarter [%]", "faces": "facing the area [%]"}
-    means = rows.groupby("reading", sort=False)[[*told]].mean().rename(columns=told)
-    counts = over_seeds(rows, "reading", {"evaluations": "evaluations"}, "{:.0f}")
-    return show(over_seeds(rows, "reading", spread, "{:.1f}").join([means, counts]), "{:.0f}")
-
-
-def peers(stored: Evidence) -> Markup:
-    """Set the fitness that methods find at equal evaluations beside the optimum's."""
-    rows = stored["peers"].where(None).set_index("reading").drop(columns="seed")
-    rows = 100 * rows.div(optima(stored)["fitness"].loc[rows.index], axis="index")
-    return show(over_seeds(rows.rename(LABELS), "reading", {str(name): str(name) for name in rows}, "{:.1f}"))
-
-
-def gradients(stored: Evidence) -> Markup:
-    """Set flat poses, climbs by gradients, and those that take as many evaluations as a genetic run."""
-    rows = stored["gradients"].where(None).set_index("reading")
-    climbs = found(stored)["evaluations"].groupby("reading").median() / rows["evaluations"]
     columns = {
-        "flat poses [%]": 100 * rows["flat"],
-        "climbs that come near [%]": 100 * rows["climbed"],
-        "evaluations a climb": rows["evaluations"],
-        "chance with as many as a genetic run [%]": 100 * (1 - (1 - rows["climbed"]) ** climbs),
+        ("genetic runs", "fitness [%]"): medians(100 * runs["share"]),
+        ("genetic runs", "near [%]"): 100 * groups["near"].mean(),
+        ("genetic runs", "nearest quarter [%]"): 100 * groups["on_quarter"].mean(),
+        ("other methods", "differential evolution [%]"): medians(peers["differential evolution"]),
+        ("other methods", "CMA-ES [%]"): medians(peers["CMA-ES"]),
+        ("other methods", "chance of climbs [%]"): 100 * (1 - (1 - climbs["climbed"]) ** count),
     }
-    return show(pd.DataFrame(columns, index=rows.index).rename(LABELS), "{:.0f}")
+    return show(by_case(pd.DataFrame(columns)), "{:.0f}")
+
+
+def poses(stored: Evidence) -> Figure:
+    """Draw the positions of the base: printed, by genetic runs, and of the true optima."""
+    fig, panels = plt.subplots(1, 2, figsize=(figures.WIDTH, 3.0), sharex=True, sharey=True)
+    printed, best = printed_poses(), optima(stored)
+    for ax, (region, title) in zip(panels, REGIONS.items(), strict=True):
+        ax.add_patch(plt.Rectangle((-0.2, -0.2), 0.4, 0.4, color="#E6E6E6"))
+        for arm in ARMS:
+            reading = CASES[f"{arm}, {region}"]
+            runs, color = stored["genetic"].where(reading), ARM_COLORS[arm]
+            ax.plot(runs["x"], runs["y"], ".", ms=7, color=color, label=f"genetic, {arm} arm")
+            ax.plot(
+                *best.loc[reading, ["x", "y"]],
+                "D",
+                ms=8,
+                mfc="none",
+                mew=2,
+                color=color,
+                label=f"optimum, {arm} arm",
+            )
+        ax.plot(printed[:, 0], printed[:, 1], "x", color=COLORS["black"], label="printed")
+        ax.set(title=f"beside {title}", aspect="equal", xlabel="x [m]", ylabel="y [m]")
+        ax.label_outer()
+    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return fig
 
 
 def front(stored: Evidence) -> Figure:
     """Draw the best pose and the quarter that genetic runs end on, as the distance counts more."""
-    fig, panels = plt.subplots(1, 3, figsize=(8.4, 3.3))
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.8), sharex=True)
     heads = {
-        "area_manipulability": "M_a of the best pose [m³]",
-        "distance": "D of the best pose [m]",
-        "on_quarter": "on the nearest quarter",
+        "area_manipulability": "$M_a$ of the\nbest pose [m³]",
+        "on_quarter": "share of the runs on\nthe nearest quarter",
     }
     for ax, (metric, head) in zip(panels, heads.items(), strict=True):
-        for case, reading in CASES.items():
+        for reading, style in STYLES.items():
             rows = stored["front"].where(reading)
-            ax.plot(rows["ratio"], rows[metric], marker="o", ms=3, **STYLES[case])
-        ax.axvline(DockingProblem.distance_weight / DockingProblem.manipulability_weight, color="k", lw=0.8)
+            ax.plot(rows["ratio"], rows[metric], marker="o", ms=4, **style)
+        ratio = DockingProblem.distance_weight / DockingProblem.manipulability_weight
+        ax.axvline(ratio, color="#595959", lw=1.2, ls=":")
         ax.set_xscale("symlog", linthresh=5e-4)
-        ax.set(xlabel="b/a [m²]", ylabel=head, xlim=(-1e-4, 0.2), xticks=[0, 1e-3, 1e-2, 1e-1])
-    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        ax.set(ylabel=head, xlim=(-1e-4, 0.2), xticks=[0, 1e-3, 1e-2, 1e-1])
+    panels[-1].set(xlabel="weight of the distance, b/a [m²]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    fig.legend(
+        handles,
+        labels,
+        loc="outside upper center",
+        ncols=2,
+        title="arm, and where its base is beside the area",
+    )
     return fig
-
-
-def table_3(stored: Evidence) -> Markup:
-    """Set the printed runs, and how far the vehicle's foot has to move to their poses."""
-    names = ("x [m]", "y [m]", "z [m]", "ψ [rad]", "M_a printed", "fitness printed")
-    claims = (*(f"poses-{name}" for name in VARIABLES), "area-manipulability-of-runs", "fitness-of-runs")
-    printed = {name: scenes.PAPER.printed(claim) for name, claim in zip(names, claims, strict=True)}
-    distance = stored["table_3"].where().set_index("run")["distance"]
-    return show(pd.DataFrame({**printed, "D [m]": distance}, index=distance.index))
 
 
 def docked_scene(title: str, pose: Tensor, reading: str = "fitted-arm=fitted") -> Scene:
