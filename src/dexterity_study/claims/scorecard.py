@@ -16,7 +16,7 @@ from dexterity_study.page.markup import Cell, Markup, element, folded, inline, t
 SHOWN_ASSUMPTIONS = 3
 """Assumptions of a chapter that are not folded."""
 
-_PAGES = {"workspace.baselines": "workspace/estimation", "workspace.timing": "workspace/puma"}
+_PAGES = {"workspace.baselines": "workspace/estimation"}
 """Pages of the chapters that share one."""
 
 
@@ -60,6 +60,8 @@ def faults(papers: Sequence[Paper], verdicts: Iterable[Verdict]) -> tuple[str, .
 def answer(*claims: str) -> Markup:
     """Set the answer box of a chapter: claims by id, the paper's number against ours, and the verdict.
 
+    A verdict links to its row, which may stand on another page.
+
     Raises
     ------
     ValueError
@@ -70,7 +72,7 @@ def answer(*claims: str) -> Markup:
     if unknown:
         raise ValueError(f"no paper claims {', '.join(unknown)}")
     rows = (
-        claim_line(entry, verdicts[paper.key, entry.id], f"#claim-{entry.id}")
+        claim_line(entry, verdicts[paper.key, entry.id], f"../{page_of(entry.chapter)}.html#claim-{entry.id}")
         for paper, entry in map(entries.__getitem__, claims)
     )
     return Markup(element("ul", "".join(rows), css_class="answer"))

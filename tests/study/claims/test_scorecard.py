@@ -52,7 +52,7 @@ def test_headlines_and_what_was_not_reproduced_are_not_folded():
 
 def test_the_answer_of_a_chapter_names_claims_of_the_ledgers():
     html = scorecard.answer("product-of-exponentials").html
-    assert 'href="#claim-product-of-exponentials"' in html
+    assert 'href="../uvms/kinematics.html#claim-product-of-exponentials"' in html
     with pytest.raises(ValueError, match="no paper claims nonsense"):
         scorecard.answer("nonsense")
 

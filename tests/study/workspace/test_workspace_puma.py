@@ -105,5 +105,4 @@ def test_agreement_is_intersection_over_union():
 
 def test_scenes_show_what_they_say(evidence):
     assert show.manipulability_scene(15)._repr_html_().count("w 0.0") >= 3
-    assert "taken for" in show.difference_scene(evidence, "plane")._repr_html_()
     assert "rotation Jacobian" in show.tracking_scene(evidence)._repr_html_()

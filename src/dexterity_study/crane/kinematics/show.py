@@ -12,7 +12,6 @@ import pandas as pd
 import torch
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from torch import Tensor
 
 from dexterity import crane
 from dexterity.crane.description import Linkage, Point
@@ -24,6 +23,7 @@ from dexterity_study.crane.cases import BOX
 from dexterity_study.crane.kinematics.experiment import circles, direction
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 
@@ -31,10 +31,13 @@ PAPER = load_paper("rouvinen1999")
 SLIDERS = ("s₁ lift [m]", "s₂ jib [m]", "s₃ extension [m]")
 
 
-def tips(strokes: Tensor) -> Markup:
-    """Set strokes with the tips that they lead to."""
-    rows = torch.cat([strokes, crane.tip_position(strokes)], dim=-1).numpy()
-    return show(pd.DataFrame(rows, columns=["s₁ [m]", "s₂ [m]", "s₃ [m]", "x [m]", "y [m]"]), "{:.3f}")
+def strokes_of(points: Sequence[Sequence[float]]) -> Markup:
+    """Set the strokes with the least extension for some points, the tip that they lead to, and whether they exist."""
+    reach = crane.inverse(points)
+    rows = torch.cat([torch.tensor(points, dtype=torch.float64), reach.strokes], dim=-1).numpy()
+    heads = ["$x$ [m]", "$y$ [m]", "$s_1$ [m]", "$s_2$ [m]", "$s_3$ [m]"]
+    frame = pd.DataFrame(rows, columns=heads).assign(**{"within the strokes": reach.within_limits.numpy()})
+    return show(frame, "{:.3f}", forms=dict.fromkeys(heads[:2], "{:.1f}"))
 
 
 def misprints(stored: Evidence) -> Markup:
@@ -44,50 +47,66 @@ def misprints(stored: Evidence) -> Markup:
     up, rocker = PAPER.printed("crane-joints")[-1], math.hypot(*crane.patu655().linkage.coupler_pin)
     inner, at_end = PAPER.printed("crane-inner-radius"), area["inner_at_end"]
     longest = inner - rules.set_index("circle").loc["folded", "smallest"]
-    heads = ["", "printed", "elsewhere", "at stake"]
+    heads = ["size", "printed", "elsewhere", "effect"]
     rows = (
-        f"mounts of the lift cylinder, table | {PAPER.setting('crane-cylinder-mounts').printed} | the same sizes in other pairs in the listing | {shifts['table']:.1f} m, with the best signs",
+        f"mounts of the lift cylinder, table | {PAPER.setting('crane-cylinder-mounts').printed} | other pairs in the listing | tip {shifts['table']:.1f} m off",
         f"height of IJ | {up:g} m | −{up:g} along an axis that points down | {1e3 * shifts['downwards']:.0f} mm, if taken for down",
         f"length of GI | {PAPER.setting('crane-rocker').printed} | {rocker:.5f} m by its two sizes | {1e3 * shifts['rocker']:.2f} mm",
         f"end of the jib cylinder | {short['jib_stroke']:g} m | {area['jib_stroke']:g} m in the training data | {1e3 * (short['inner_at_end'] - at_end):.0f} mm, folded",
         f"inner radius | {inner:g} m | {area['inner_least']:.3f} m at least, {at_end:.3f} m at the end | {1e3 * longest:.0f} mm of extension",
-        f"circle with an extension | r² + s₃² | (r + s₃)² in the rule that follows | {rules['by_squares'].max():.1f} m of extension",
+        f"square of a circle's radius | $r^2 + s_3^2$ | $(r + s_3)^2$ in the rule that follows | {rules['by_squares'].max():.1f} m of extension",
     )
-    return show(pd.DataFrame([row.split(" | ") for row in rows], columns=heads).set_index(""))
+    return show(pd.DataFrame([row.split(" | ") for row in rows], columns=heads).set_index("size"))
 
 
 def stroke_ends(stored: Evidence) -> Markup:
     """Compare both ends of the jib cylinder."""
     rows = stored["working_area"].where(None)[["jib_stroke", "vectors", "area", "inner_at_end"]]
-    rows.columns = ["s₂ [m]", "training vectors", "working area [m²]", "tip from lift joint, folded [m]"]
-    return show(rows.set_axis(["training data", "listing"]), "{:.3f}")
+    heads = ["end of $s_2$ [m]", "training vectors", "working area [m²]", "inner radius at the end [m]"]
+    rows = rows.set_axis(heads, axis=1).set_axis(["training data", "listing"])
+    printed = [None, int(PAPER.printed("crane-training-vectors")), None, PAPER.printed("crane-inner-radius")]
+    table = pd.concat([pd.DataFrame([printed], ["printed"], heads, dtype=object), rows.astype(object)])
+    return show(table.rename_axis("stroke of"), "{:.3f}", forms={heads[2]: "{:.1f}"})
 
 
 def gains(stored: Evidence, live: Table) -> Markup:
     """Set millimetres of the tip for a millimetre of each stroke, stored and live."""
-    heads = {name: name for name in ("least", "median", "largest")} | {
-        "at_tests": "largest at the test points"
-    }
+    heads = {name: name for name in ("least", "median", "largest")} | {"at_tests": "tests"}
     table = over_seeds(stored["gains"].where(), "of", heads, "{:.1f}")
-    return show(table.assign(**{"median, live": live.where().set_index("of")["median"].map("{:.1f}".format)}))
+    names = {
+        "lift": "$s_1$, lift",
+        "jib": "$s_2$, jib",
+        "extension": "$s_3$, extension",
+        "largest singular value": "best combination",
+        "smallest singular value": "worst combination",
+    }
+    table = table.assign(**{"median, live": live.where().set_index("of")["median"].map("{:.1f}".format)})
+    return show(table.rename(index=names).rename_axis("stroke"))
 
 
 def maps(stored: Evidence) -> Figure:
-    """Draw the least extension and the amplification over the working area."""
-    fig, panels = plt.subplots(1, 2, figsize=(7.2, 5.4), sharey=True)
-    labels = {"extension": "least extension [m]", "amplification": "mm of the tip per mm of stroke"}
+    """Draw the least extension and the amplification over the working area, with training and test points."""
+    fig, panels = plt.subplots(1, 2, figsize=(figures.WIDTH, 5.2), sharey=True)
+    labels = {"extension": "least extension [m]", "amplification": "tip / stroke [mm/mm]"}
     for ax, (name, label) in zip(panels, labels.items(), strict=True):
         values = stored["working_area"].array(name)[0]
         image = ax.imshow(values.T, origin="lower", extent=(*BOX[0], *BOX[1]))
         fig.colorbar(image, ax=ax, label=label, orientation="horizontal")
-        ax.set(xlabel="x [m]", xlim=BOX[0], ylim=BOX[1])
+        ax.set(xlabel="x [m]", xlim=BOX[0], ylim=BOX[1], xticks=(0, 2, 4, 6))
         ax.grid(visible=False)
     for centre, radius in circles(crane.patu655()).values():
         x, y = centre.tolist()
         panels[0].add_patch(Circle((x, y), radius, fill=False, color=COLORS["orange"]))
-    panels[0].plot(*_training_tips().T, ".", ms=2.5, color=COLORS["vermillion"])
-    panels[1].plot(*np.transpose(crane.TEST_POINTS), "o", ms=4, color=COLORS["black"])
+    panels[0].plot([], [], color=COLORS["orange"], label="three circles")
+    training = {"ms": 2.5, "color": COLORS["vermillion"], "label": "training points"}
+    panels[0].plot(*_training_tips().T, ".", **training)
+    tests = np.array(crane.TEST_POINTS)
+    inside = crane.inverse(crane.TEST_POINTS).within_limits.numpy()
+    for which, fill, label in ((inside, "full", "test points"), (~inside, "none", "test point out of reach")):
+        look = {"ms": 5, "color": COLORS["vermillion"], "fillstyle": fill, "label": label}
+        panels[1].plot(*tests[which].T, "o", **look)
     panels[0].set(ylabel="y [m]")
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
 
 

@@ -9,19 +9,18 @@ import numpy as np
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 
 from dexterity import scenes, spatial, workspace
 from dexterity.scenes.colors import COLORS
 from dexterity.scenes.page import Html
 from dexterity.workspace import reachability
-from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 from dexterity_study.workspace.data import verdicts
-from dexterity_study.workspace.data.experiment import fanuc_arm
 
 Links: TypeAlias = tuple[float, float, float, float]
 
@@ -34,45 +33,44 @@ HALF_SIDE = 0.4
 
 CHECKS = {
     "tried": ("poses tried", "{:,}"),
-    "disagreements": ("rule and branches disagree", "{:,}"),
-    "turned": ("answers that change as the tool turns", "{:,}"),
-    "eight": ("poses in reach with eight configurations", "{:.2%}"),
-    "jacobians": ("and eight different Jacobians", "{:.2%}"),
+    "disagreements": ("poses on which rule and branches disagree", "{:,}"),
+    "turned": ("poses whose answer changes as the tool turns", "{:,}"),
+    "eight": ("poses in reach with eight configurations", "{:.1%}"),
+    "jacobians": ("poses in reach with eight different Jacobians", "{:.1%}"),
 }
-
-
-def fanuc_jacobian() -> Markup:
-    """Set the exact Jacobian of the Fanuc arm at zero."""
-    J = fanuc_arm().geometric_jacobian([0, 0, 0, 0, 0, 0]).round(decimals=6) + 0.0
-    rows = ("vx", "vy", "vz", "ωx", "ωy", "ωz")
-    return show(pd.DataFrame(J.numpy(), rows, [f"joint {joint}" for joint in range(1, 7)]))
-
-
-def step_errors(stored: Evidence) -> Figure:
-    """Draw the errors of Jacobians by differences against the step."""
-    fig, ax = plt.subplots()
-    for kind in ("forward", "central"):
-        ax.loglog(stored["fanuc"].array("steps")[0], stored["fanuc"].array(kind)[0], label=kind)
-    step = load_paper("liao2018").printed("difference-step")
-    ax.axvline(step, color=COLORS["black"], linestyle=":", label="the paper's step")
-    ax.set(xlabel="step [rad]", ylabel="largest error of an entry")
-    ax.legend()
-    return fig
+COLUMNS = {
+    "d3": "$d_3$",
+    "d4": "$d_4$",
+    "a2": "$a_2$",
+    "a3": "$a_3$",
+    "x": "$x$",
+    "y": "$y$",
+    "z": "$z$",
+    "three angles": "angles of the tool",
+    "centre": "centres of mass",
+    "viscous": "viscous friction",
+    "coulomb": "Coulomb friction",
+    "motor": "motor inertia",
+    "gear": "gear ratios",
+}
+"""Names of groups of columns as a figure has them, where they differ from those of the rows."""
 
 
 def reach_in_a_plane() -> Figure:
     """Draw what two arms reach in a vertical plane through the first axis."""
     side = torch.linspace(-0.9, 0.9, 361, dtype=torch.float64)
     x, z = torch.meshgrid(side, side, indexing="xy")
-    fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.5), sharey=True)
+    fig, panels = plt.subplots(1, 2, figsize=(figures.WIDTH, 2.7), sharey=True)
     for ax, (name, links) in zip(panels, ARMS.items(), strict=True):
         reach = workspace.reachable(links, torch.stack([x, 0 * x, z], -1))
         ax.contourf(x, z, reach, levels=[0.5, 1.5], colors=[COLORS["sky blue"]])
-        ax.add_patch(
+        cube = ax.add_patch(
             Rectangle((-HALF_SIDE, -HALF_SIDE), 2 * HALF_SIDE, 2 * HALF_SIDE, fill=False, linestyle="--")
         )
-        ax.set(title=name, xlabel="x [m]", aspect="equal")
+        ax.set(title=name, xlabel="x [m]", aspect="equal", xticks=(-0.5, 0, 0.5), yticks=(-0.5, 0, 0.5))
     panels[0].set(ylabel="z [m]")
+    entries = {"in reach": Patch(color=COLORS["sky blue"]), "positions are drawn from here": cube}
+    fig.legend(entries.values(), entries, loc="outside upper center", ncols=2)
     return fig
 
 
@@ -111,59 +109,33 @@ def checks(stored: Evidence, live: Table) -> Markup:
     return show(pd.DataFrame(columns, [title for title, _ in CHECKS.values()]))
 
 
-def file_table(stored: Evidence) -> Markup:
-    """Set Table I, with how many targets and features vary."""
-    rows = stored["files"].where(columns="all").set_index("file")
-    rows["kind"] = rows["is_binary"].map({True: "classification", False: "regression"})
-    rows["samples"] = rows["samples"].map("{:,.0f}".format)
-    heads = {"varying_targets": "that vary", "varying_features": "that vary "}
-    columns = ["targets", "varying_targets", "features", "varying_features", "samples", "kind"]
-    return show(rows[columns].rename(columns=heads).rename_axis(None))
-
-
 def implied_shares(stored: Evidence) -> Figure:
     """Draw the shares of poses in reach that the rows of Table VI allow, beside those of our sets."""
     shares, ours = verdicts.implied_shares(), 100 * verdicts.in_reach(stored)
-    fig, ax = plt.subplots(figsize=(5.5, 4.6))
+    names = [name.replace("network ", "network, threshold 0.") for name in shares]
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.5))
     low, high = 100 * np.array(list(shares.values())).T
-    ax.hlines(range(len(shares)), low, high, color=COLORS["black"], linewidth=4, label="Table VI allows")
+    ax.hlines(range(len(shares)), low, high, color=COLORS["black"], linewidth=4, label="Table VI")
     ax.axvline(ours["redraw=0"], color=COLORS["blue"], label="as drawn")
     ax.axvline(ours["chosen"], color=COLORS["vermillion"], linestyle="--", label="redrawn")
-    ax.set_yticks(range(len(shares)), list(shares))
+    ax.set_yticks(range(len(shares)), names)
     ax.invert_yaxis()
     ax.set(xlabel="poses in reach [%]")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.3, 1), ncols=3, columnspacing=1, handlelength=1.2)
+    fig.legend(loc="outside upper center", ncols=3)
     return fig
 
 
-def uniformity(stored: Evidence) -> Markup:
-    """Set distances from the uniform distribution."""
-    table = verdicts.uniformity(stored).rename(columns={"links": ", ".join(LENGTHS)})
-    return show(table.rename_axis(columns=None))
-
-
-def influence(stored: Evidence) -> Markup:
-    """Set what depends on each group of columns."""
-    rows = stored["influence"].where().set_index("columns").rename_axis(None)
-    return show(
-        pd.DataFrame({f"{head} [%]": 100 * rows[head.lower()] for head in ("label", "Jacobian", "kept")})
-    )
-
-
-def map_by_length(stored: Evidence, name: str) -> Figure:
-    """Draw a map by t-SNE, coloured by each of the four lengths."""
-    points, links = (stored["maps"].array(array)[0] for array in (name, f"{name}_links"))
-    fig, panels = plt.subplots(2, 2, figsize=(6.4, 5.6), sharex=True, sharey=True)
-    for ax, length, values in zip(panels.flat, LENGTHS, links.T, strict=True):
-        dots = ax.scatter(*points.T, c=values, s=6, vmin=0, vmax=0.5)
-        ax.set(title=length, xticks=[], yticks=[])
-    fig.colorbar(dots, ax=panels, label="length [m]")
+def influence(stored: Evidence) -> Figure:
+    """Draw the share of the variance of each answer that needs a group of columns."""
+    rows = stored["influence"].where().set_index("columns")
+    titles = {"label": "in reach", "jacobian": "Jacobian", "kept": "kept"}
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.0))
+    places = np.arange(len(rows))
+    for shift, (name, title) in zip((-0.27, 0, 0.27), titles.items(), strict=True):
+        ax.barh(places + shift, 100 * rows[name], height=0.25, label=title)
+    ax.set_yticks(places, [COLUMNS.get(name, name) for name in rows.index])
+    ax.invert_yaxis()
+    ax.grid(visible=False, axis="y")
+    ax.set(xlabel="variance that needs the column [%]")
+    fig.legend(loc="outside upper center", ncols=3)
     return fig
-
-
-def maps(stored: Evidence) -> Markup:
-    """Set R² with which neighbours on the maps predict lengths and position."""
-    rows = stored["maps"].where()
-    table = rows.pivot(index="map", columns="quantity", values="determination")
-    table = table.loc[rows["map"].unique(), rows["quantity"].unique()]
-    return show(table.rename_axis(index=None, columns=None))

@@ -2,117 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity.scenes.colors import COLORS
-from dexterity.workspace.jacobian_net import Estimate, JacobianNet
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
+from dexterity_study.page.numbers import written
 from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.workspace.estimation import experiment as ways
-from dexterity_study.workspace.estimation.experiment import HEADS, RATES, THRESHOLDS, WAYS
-from dexterity_study.workspace.estimation.verdicts import with_constants
+from dexterity_study.workspace.estimation.experiment import THRESHOLDS
+
+CHANGES = {
+    ways.LONGER: "the paper's way, narrower",
+    ways.UNDROPPED: "no dropout",
+    ways.COLUMNS: "separate networks",
+    ways.RELEVANT: "no dynamic columns",
+    ways.PLAIN: "rotation matrix",
+    ways.WORLD: "base axes",
+    ways.BEST: "plane of the arm",
+}
+"""Ways to learn, each with one thing changed, by what has changed."""
+
+FLOOR = 1e-4  # where bars begin on a logarithmic axis
 
 
-def untrained(network: JacobianNet, estimate: Estimate) -> Markup:
-    """Set the size of an untrained network, and of its estimate for some poses."""
-    facts = {
-        "parameters of the paper's size": network.parameter_count,
-        "confidences": tuple(estimate.confidence.shape),
-        "Jacobians": tuple(estimate.jacobian.shape),
-        "poses that pass": int(estimate.mask.sum()),
-    }
-    return show(pd.Series(facts, name="untrained network"))
-
-
-def changes(table: Table) -> Markup:
-    """Set the error of the Jacobian that each change of inputs and outputs leaves."""
-    rows = table.where().dropna(subset="r2")
-    own = rows.assign(left=1 - rows["r2"])
-    about = {name: (WAYS[name].inputs, WAYS[name].entries) for name in own["way"].unique()}
-    columns = pd.DataFrame.from_dict(about, orient="index", columns=["sees", "predicts"])
-    columns["parameters"] = own.groupby("way")["parameters"].first()
-    scores = over_seeds(own, "way", {"r2": "R²", "worst_entry": "R² of the worst entry"}, "{:.4f}")
-    return show(columns.join(over_seeds(own, "way", {"left": "variance left"}, "{:.2%}")).join(scores))
-
-
-def entries(stored: Evidence) -> Figure:
-    """Draw the variance that is left in each entry of the body Jacobian."""
-    fig, ax = plt.subplots(figsize=(6.8, 3.6))
-    left = stored["trainings"].array("left_of_entries")
-    shown = (ways.COLUMNS, ways.RELEVANT, ways.PLAIN, ways.WORLD, ways.BEST)
-    colors = ("black", "orange", "sky blue", "bluish green", "vermillion")
-    for name, color in zip(shown, colors, strict=True):
-        medians = np.nanmedian(left[: WAYS[name].seeds, list(WAYS).index(name)], axis=0)
-        known = medians < 1e-12
-        places = np.arange(1, len(medians) + 1)
-        ax.semilogy(places[~known], medians[~known], "o", color=COLORS[color], label=name)
-    ax.set(xlabel="entry of the body Jacobian, row by row", ylabel="1 − R²")
-    fig.legend(loc="outside upper center", ncols=5)
+def changes(stored: Evidence, live: Table) -> Figure:
+    """Draw the share of the Jacobian's variance that each change leaves, stored and live."""
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.7))
+    for row, way in enumerate(CHANGES):
+        left = 1 - stored["trainings"].values("r2", way=way).dropna()
+        low, median, high = left.min(), left.median(), left.max()
+        ax.barh(row, median - FLOOR, left=FLOOR, height=0.6, color=COLORS["sky blue"])
+        ax.hlines(row, low, high, color=COLORS["black"])
+        percent = f"{written(100 * median, '{:.2g}')} %"
+        ax.text(1.02, row, percent, transform=ax.get_yaxis_transform(), va="center")
+    small = 1 - live.where().set_index("way")["r2"]
+    rows = [list(CHANGES).index(way) for way in small.index]
+    ax.plot(small, rows, "d", color=COLORS["vermillion"], label="live, fewer rows")
+    printed = 1 - load_paper("liao2018").printed("estimation-network")[-1]
+    ax.axvline(printed, linestyle="--", color=COLORS["black"], label="printed")
+    ax.set_yticks(range(len(CHANGES)), list(CHANGES.values()))
+    ax.invert_yaxis()
+    ax.grid(visible=False, axis="y")
+    ax.set(xscale="log", xlim=(FLOOR, 2), xlabel="variance left, 1 − R²")
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
 
 
-def estimation(stored: Evidence) -> Markup:
-    """Set the network's row of Table VII, with constant entries counted in two ways besides."""
-    rows = stored["trainings"].where().dropna(subset="r2")
-    rows = rows[~rows["way"].isin((ways.COLUMNS, ways.RELEVANT, ways.WORLD))]
-    rows = rows.assign(nothing=with_constants(rows["r2"], 0), ones=with_constants(rows["r2"], 1))
-    names = {"absolute": "MAE", "squared": "MSE", "explained": "EVS", "r2": "R²"}
-    names |= {"nothing": "R², constants nothing", "ones": "R², constants one"}
-    printed = load_paper("liao2018").printed("estimation-network")
-    return show(_below(printed, over_seeds(rows, "way", names, "{:.4f}")))
-
-
 def confidence(stored: Evidence) -> Markup:
-    """Set the network's rows of Table VI, by threshold."""
-    paper, parts = load_paper("liao2018"), {}
-    rows = stored["trainings"].where().dropna(subset="accuracy_0.5")
-    names = {"accuracy": "accuracy", "correlation": "MCC", "precision": "precision", "recall": "recall"}
-    for t in THRESHOLDS:
-        percent = f"{100 * t:g}"
-        score = [*paper.printed(f"confidence-network-{percent}")][::2]
-        score += [] if len(score) > 1 else [paper.printed("correlation-network-25")]
-        printed = *score, *paper.printed(f"retrieval-network-{percent}")
-        ours = over_seeds(rows, "way", {f"{score}_{t:g}": head for score, head in names.items()}, "{:.4f}")
-        parts[t] = _below(printed, ours)
-    return show(pd.concat(parts, names=["threshold", ""]))
-
-
-def _below(printed: Sequence[float], ours: pd.DataFrame) -> pd.DataFrame:
-    """Return our rows below the printed one, which has the first columns."""
-    row = pd.DataFrame([map(str, printed)], ["printed"], ours.columns[: len(printed)])
-    return pd.concat([row, ours])
+    """Set the network's accuracy by threshold, and precision and recall at 0.5, below the printed rows."""
+    paper = load_paper("liao2018")
+    heads = {f"accuracy_{t:g}": f"accuracy at {t:g} [%]" for t in THRESHOLDS}
+    heads |= {"precision_0.5": "precision at 0.5 [%]", "recall_0.5": "recall at 0.5 [%]"}
+    accuracies = [paper.printed(f"confidence-network-{100 * t:g}")[0] for t in THRESHOLDS]
+    printed = [*accuracies, *paper.printed("retrieval-network-50")]
+    rows = stored["trainings"].where().dropna(subset="accuracy_0.5").set_index("way")
+    titles = {**CHANGES, ways.CONFIDENCE_ALONE: "confidence head alone"}
+    medians = 100 * rows.groupby(level=0)[list(heads)].median()
+    known = [way for way in titles if way in medians.index]
+    ours = medians.loc[known].set_axis([titles[way] for way in known])
+    top = pd.DataFrame([[100 * value for value in printed]], ["printed"], list(heads))
+    best = {title: "most" for name, title in heads.items() if name.startswith("accuracy")}
+    return show(pd.concat([top, ours]).rename(columns=heads), "{:.1f}", best=best)
 
 
 def gate(stored: Evidence) -> Markup:
     """Set the shares of poses that the gate lets pass, and the errors of what passes."""
-    rows = stored["trainings"].where().dropna(subset="given")
-    shares = {
-        "given": "given",
-        "wrongly_given": "out of reach, given",
-        "wrongly_kept_back": "in reach, kept back",
+    heads = {
+        "wrongly_given": "out of reach, given [%]",
+        "wrongly_kept_back": "in reach, kept back [%]",
+        "error": "median error [%]",
+        "worst_error": "99th percentile [%]",
     }
-    errors = {"error": "median error", "worst_error": "99 % below"}
-    return show(over_seeds(rows, "way", shares | errors, "{:.2%}"))
-
-
-def curves(stored: Evidence) -> Figure:
-    """Draw the validation losses of both heads with each optimiser, Figs. 6 to 9 of the paper."""
-    palette = ("black", "orange", "sky blue", "bluish green", "yellow", "blue", "vermillion")
-    fig, panels = plt.subplots(1, 2, figsize=(6.8, 3.6))
-    for ax, head in zip(panels, HEADS, strict=True):
-        epochs, *losses = stored["optimisers"].array(head)[0]
-        for name, color, loss in zip(RATES, palette, losses, strict=True):
-            ax.semilogy(epochs, loss, color=COLORS[color], label=name)
-        constant = stored["optimisers"].where(head=head)["constant"].iloc[0]
-        ax.axhline(constant, linestyle=":", color=COLORS["black"])
-        ax.set(xlabel="epoch of the schedule", ylabel=f"validation loss, {head}")
-    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
-    return fig
+    rows = stored["trainings"].where().dropna(subset="given")
+    rows = rows[rows["way"].isin(CHANGES)].assign(**{name: 100 * rows[name] for name in heads})
+    rows["way"] = rows["way"].map(CHANGES)
+    table = over_seeds(rows, "way", heads, "{:.1f}").rename_axis(None)
+    return show(table, best=dict.fromkeys(heads.values(), "least"))

@@ -18,6 +18,7 @@ from dexterity.workspace import maps
 from dexterity.workspace.maps import ByClosedForm, Grid
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show
 from dexterity_study.workspace.puma import experiment as puma
@@ -25,6 +26,16 @@ from dexterity_study.workspace.puma.verdicts import READING
 
 PALETTE = ("blue", "sky blue", "bluish green", "yellow", "orange")
 CUTS = ("y = 0", "z = 0")
+NETWORKS = {"rotation": "rotation matrix", "plane": "plane of the arm"}
+"""What the networks take as input, by their names in the rows."""
+
+ARMS = {
+    "neither": "no limits, no tool",
+    "limits": "joint limits",
+    "tool": "tool",
+    "limits and tool": "limits and tool",
+}
+"""Arms of the five notions by what they have, by their names in the rows."""
 
 
 def manipulability_scene(per_side: int = 41) -> Scene:
@@ -46,23 +57,6 @@ def manipulability_scene(per_side: int = 41) -> Scene:
     return scene
 
 
-def difference_scene(stored: Evidence, network: str) -> Scene:
-    """Show the border of the exact map within the training cube, and the cells where a network is wrong."""
-    scene = Scene(f"Where the network ({network}) is wrong about the PUMA", view_from=(0.6, -1.0, 0.5))
-    surface = stored["exact"].array("surface")[0]
-    inner = surface[np.abs(surface).max(axis=1) < 0.999 * maps.TRAINED_HALF_SIDE]
-    scene.add_points(inner, name="inner border of what is in reach", size=0.006, color="sky blue")
-    for kind, name, color in (
-        ("invented", "out of reach, taken for in reach", "vermillion"),
-        ("missed", "in reach, taken for out of reach", "black"),
-    ):
-        cells = stored["learned"].array(kind)[0]
-        cells = cells[cells[:, 0] == list(puma.NETWORKS).index(network), 1:]
-        if len(cells):
-            scene.add_points(cells, name=name, size=0.014, color=color)
-    return scene
-
-
 def tracking_scene(stored: Evidence) -> Scene:
     """Show the arm on its way round the circle, with the exact Jacobian and that of the first network."""
     scene, arm = Scene("Round a circle by resolved rates", view_from=(1.0, 0.3, 0.6)), puma.tracking_arm()
@@ -79,41 +73,43 @@ def tracking_scene(stored: Evidence) -> Scene:
     return scene
 
 
-def agreement(table: Table) -> Markup:
-    """Set how the learned maps agree with the exact one; errors of w in per cent of its largest value."""
-    rows = table.where().set_index(["network", "case"])
-    rows = rows[rows.index.isin((puma.ALIGNED, puma.RANDOM), level="case")]
-    columns = {
-        "IoU in reach": rows["reached"],
-        "IoU out of reach": rows["unreached"],
-        "right": rows["right"],
-        "error of w, median [%]": 100 * rows["median_error"],
-        "error of w, nine in ten below [%]": 100 * rows["ninth_decile"],
-        "error of w, largest [%]": 100 * rows["largest_error"],
+def agreement(stored: Table, live: Table) -> Markup:
+    """Set how the learned maps agree with the exact one, stored and live; errors of w in per cent of its largest."""
+    parts = {
+        "base axes": stored.where(case=puma.ALIGNED),
+        "random": stored.where(case=puma.RANDOM),
+        "base axes, live": live.where(case=puma.ALIGNED),
     }
-    return show(pd.DataFrame(columns))
+    rows = pd.concat({title: part.set_index("network") for title, part in parts.items()}).swaplevel()
+    columns = {
+        "overlap in reach [%]": rows["reached"],
+        "overlap out of reach [%]": rows["unreached"],
+        "$w$: median error [%]": rows["median_error"],
+        "90 % below [%]": rows["ninth_decile"],
+        "largest [%]": rows["largest_error"],
+    }
+    table = pd.concat([100 * pd.DataFrame(columns).loc[[name]] for name in NETWORKS])
+    return show(table.rename(index=NETWORKS, level=0).rename_axis([None, "tool"]), "{:.1f}")
 
 
 def maps_beside(stored: Evidence) -> Figure:
     """Draw two slices of the exact map, and of the differences of the networks from it."""
-    fig, panels = plt.subplots(3, 2, figsize=(6.8, 9), sharex=True)
+    fig, panels = plt.subplots(3, 2, figsize=(figures.WIDTH, 4.9), sharex=True, sharey=True)
     half, exact = maps.TRAINED_HALF_SIDE, stored["exact"].array("slices")[0]
     top = np.nanmax(exact)
     for ax, cut, w in zip(panels[0], CUTS, exact, strict=True):
-        image = _slice(ax, w, half, f"exact, {cut}", vmin=0, vmax=top)
-    fig.colorbar(image, ax=panels[0], label="w [m³]")
+        image = _slice(ax, w, half, cut, vmin=0, vmax=top)
+    fig.colorbar(image, ax=panels[0], label="exact w [m³]")
     learned = stored["learned"].array("slices")[0]
     for row, name, slices in zip(panels[1:], puma.NETWORKS, learned, strict=True):
-        for ax, cut, w, ours in zip(row, CUTS, exact, slices, strict=True):
+        for ax, w, ours in zip(row, exact, slices, strict=True):
             off = np.nan_to_num(ours) - np.nan_to_num(w)
-            title = f"{name} − exact, {cut}"
-            image = _slice(ax, off, half, title, vmin=-top / 2, vmax=top / 2, cmap="PuOr")
+            image = _slice(ax, off, half, "", vmin=-top / 2, vmax=top / 2, cmap="PuOr")
             x, y = (np.linspace(-half, half, len(w))[i] for i in np.nonzero(np.isnan(ours) != np.isnan(w)))
             ax.plot(x, y, ".", ms=1.5, color=COLORS["vermillion"])
-        fig.colorbar(image, ax=row, label="difference of w [m³]")
-    plt.setp(panels[:, 0], ylabel="z [m]")
-    plt.setp(panels[:, 1], ylabel="y [m]")
-    plt.setp(panels[2], xlabel="x [m]")
+        fig.colorbar(image, ax=row, label=f"{NETWORKS[name]}\n− exact [m³]")
+    plt.setp(panels[:, 0], ylabel="z or y [m]", yticks=(-0.3, 0, 0.3))
+    plt.setp(panels[2], xlabel="x [m]", xticks=(-0.3, 0, 0.3))
     return fig
 
 
@@ -125,50 +121,59 @@ def _slice(ax: Axes, values: np.ndarray, half: float, title: str, **look: Any) -
 
 
 def notions(stored: Evidence) -> Markup:
-    """Set volumes [m³] of four workspaces, and the mean share of the orientations, the measure of the fifth."""
-    titles = ("reachable", "within 45° of down", "straight down", "dexterous", "mean share of orientations")
-    heads = dict(zip((*puma.NOTIONS, "mean_share"), titles, strict=True))
-    return show(stored["notions"].where().set_index("arm")[list(heads)].rename(columns=heads))
+    """Set volumes of four workspaces, and the mean share of the orientations, the measure of the fifth."""
+    rows = stored["notions"].where().set_index("arm").rename(index=ARMS)
+    titles = ("reachable", "within 45° of down", "straight down", "dexterous")
+    columns = {f"{title} [m³]": rows[name] for name, title in zip(puma.NOTIONS, titles, strict=True)}
+    columns["orientations [%]"] = 100 * rows["mean_share"]
+    return show(
+        pd.DataFrame(columns).rename_axis("what the arm has"), "{:.1f}", forms={"orientations [%]": "{:.0f}"}
+    )
 
 
 def orientations(stored: Evidence) -> Figure:
     """Draw the share of the orientations that positions with y = 0 have."""
-    fig, panels = plt.subplots(2, 2, figsize=(6.8, 6.2), sharex=True, sharey=True)
+    fig, panels = plt.subplots(2, 2, figsize=(figures.WIDTH, 3.8), sharex=True, sharey=True)
     table = stored["notions"]
     for ax, name, share in zip(panels.flat, table.where()["arm"], table.array("share")[0], strict=True):
-        image = _slice(ax, np.where(share > 0, share, np.nan), puma.HALF_SIDE, name, vmin=0, vmax=1)
+        values = np.where(share > 0, 100 * share, np.nan)
+        image = _slice(ax, values, puma.HALF_SIDE, ARMS[name], vmin=0, vmax=100)
     plt.setp(panels[1], xlabel="x [m]")
     plt.setp(panels[:, 0], ylabel="z [m]")
-    fig.colorbar(image, ax=panels, label="share of the orientations")
+    fig.colorbar(image, ax=panels, label="orientations in reach [%]")
     return fig
 
 
-def runs(stored: Evidence) -> Markup:
-    """Set the errors of the runs of the control loop."""
-    exact = stored["loops"].where().assign(network="exact")
-    rows = pd.concat([exact, stored["learned"].where().dropna(subset="ended")]).set_index(["network", "case"])
-    columns = {
-        "Jacobian off by [%]": 100 * rows["jacobian_error"],
-        "position, largest [mm]": 1e3 * rows["largest"],
-        "position, end [mm]": 1e3 * rows["last"],
-        "orientation, largest [mrad]": 1e3 * rows["orientation"],
-        "ended": rows["ended"],
+def runs(stored: Evidence, live: Table) -> Markup:
+    """Set the errors of the control loop with the exact and the estimated Jacobians, and of one live run."""
+    parts = {
+        "exact": stored["loops"].where(),
+        "exact, live": live.where(),
+        **{title: stored["learned"].where(network=name) for name, title in NETWORKS.items()},
     }
-    return show(pd.DataFrame(columns))
+    rows = pd.concat({title: part.set_index("case") for title, part in parts.items()})
+    loops = rows[rows.index.isin((puma.FEEDBACK, puma.OPEN), level=1)].unstack()
+    columns = {
+        "wrong by [%]": 100 * loops["jacobian_error", puma.FEEDBACK],
+        "with feedback [mm]": 1e3 * loops["largest", puma.FEEDBACK],
+        "without [mm]": 1e3 * loops["largest", puma.OPEN],
+        "turned by [mrad]": 1e3 * loops["orientation", puma.FEEDBACK],
+    }
+    return show(pd.DataFrame(columns).loc[list(parts)].rename_axis("Jacobian"), "{:.1f}")
 
 
 def errors(stored: Evidence) -> Figure:
     """Draw the error of the position over time, with and without feedback."""
-    fig, panels = plt.subplots(2, 1, figsize=(6.8, 5.6), sharex=True, sharey=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.2), sharex=True, sharey=True)
     parts = [stored[name].array("position_error")[0] for name in ("loops", "learned")]
     curves = np.concatenate(parts).reshape(3, 2, -1)
     time = np.linspace(0, READING["rate-control-path"][1], curves.shape[-1])
-    names, colors = ("exact", *puma.NETWORKS), ("blue", "vermillion", "bluish green")
+    names, colors = ("exact", *NETWORKS.values()), ("blue", "vermillion", "bluish green")
     for name, color, own in zip(names, colors, curves, strict=True):
         for ax, error in zip(panels, own, strict=True):
             ax.semilogy(time[1:], 1e3 * error[1:], color=COLORS[color], label=name)
-    for ax, case in zip(panels, (puma.FEEDBACK, puma.OPEN), strict=True):
-        ax.set(title=case, ylabel="position error [mm]")
+    for ax, case in zip(panels, ("with feedback", "without feedback"), strict=True):
+        ax.set(title=case, ylabel="error [mm]")
     panels[1].set(xlabel="time [s]")
-    panels[0].legend(loc="lower right", fontsize="small")
+    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, columnspacing=1)
     return fig
