@@ -7,118 +7,98 @@ import pandas as pd
 import sympy
 from matplotlib.figure import Figure
 
-from dexterity import operations, robots, symbolic
+from dexterity import operations
 from dexterity.program import Program
-from dexterity.symbolic import Derivation, SymbolicChain
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
+from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import show
 from dexterity_study.uvms.cost.experiment import INDICES
-from dexterity_study.uvms.cost.verdicts import KINDS, Counts
+from dexterity_study.uvms.cost.verdicts import Counts
 
 PAPER = load_paper("sotiropoulos2016")
 FORMS = ("written out", "terms shared", "reduced")
 
 
-def derive(robot: str) -> Derivation:
-    """Derive w of a described robot with symbols for its lengths."""
-    return symbolic.derive(SymbolicChain.from_description(robots.describe(robot)), INDICES["w"])
-
-
-def steps(program: Program) -> Markup:
-    """Set the steps of a program with their operations."""
-    rows = [(str(name), str(step), operations.count([step]).total) for name, step in program.steps]
-    return show(pd.DataFrame(rows, columns=["name", "is", "operations"]))
-
-
-def three_forms(program: Program, simplified: sympy.Expr) -> Markup:
-    """Set the operations of one number in three forms."""
-    forms = {
-        "put into one another": operations.count(program.nested()).total,
-        "in steps": operations.count_program(program).total,
-        "simplified": operations.count([simplified]).total,
+def forms(stored: Evidence, program: Program, simplified: sympy.Expr) -> Markup:
+    """Set the operations of w of a small arm, and of the Jacobian of the UVMS, in several forms."""
+    of_arm = {
+        "written out": operations.count(program.nested()),
+        "terms shared": operations.count_program(program),
+        "simplified by hand": operations.count([simplified]),
     }
-    return show(pd.Series(forms, name="operations"))
+    titles = {
+        "written out": "written out",
+        "multiplied out, terms shared": "multiplied out, then terms shared",
+        "written out, terms shared": "terms shared",
+        "reduced, for KCI": "reduced, in axes for KCI",
+        "reduced, for w": "reduced, in axes for $w$",
+    }
+    counts = Counts(stored)
+    rows = {("$w$ of a six-joint arm", form): count.total for form, count in of_arm.items()}
+    rows |= {
+        ("Jacobian of the vehicle with its arm", title): counts("Jacobian", form)
+        for form, title in titles.items()
+    }
+    return show(pd.Series(rows, name="operations").rename_axis(["", "form"]))
 
 
-def jacobian_counts(stored: Evidence) -> Markup:
-    """Set the operations of the Jacobian in each form."""
-    rows = stored["counts"].where(what="Jacobian").sort_values("operations", ascending=False)
-    return show(rows.set_index("form")[["additions", "multiplications", "operations"]].astype(int))
-
-
-def _printed_and_ours(counts: Counts) -> pd.DataFrame:
-    """Return the operations of Appendix A and Table 4, the paper's and ours in three ways of counting.
+def table_4(stored: Evidence) -> Figure:
+    """Draw Table 4 on a logarithmic scale.
 
     The networks are counted as their equations are printed, with the norm in Eq. 18; with what a neuron uses twice
     computed once; and with constants worked into the weights.
     """
-    parts = {
-        "Jacobian": ("Jacobian", "written out", "written out, terms shared"),
-        "JJᵀ": ("gram", "all", "symmetric"),
-        "its determinant": ("determinant", "terms", "elimination"),
-    }
-    rows: dict[str, list[float]] = {}
-    for title, (what, *forms) in parts.items():
-        printed = sum(PAPER.printed(f"{what.lower()}-{kind}") for kind in KINDS)
-        rows[title] = [printed, *(counts(what, form) for form in forms)]
-    rows["w in Appendix A"] = [PAPER.printed("w-operations-appendix"), *counts.exact["w"]]
-    rows["singular values"] = [PAPER.printed("svd-operations"), *counts.singular_values]
-    for name, claim in (("w", "w-operations-table"), ("KCI", "kci-operations")):
-        rows[f"exact {name}"] = [PAPER.printed(claim), *counts.exact[name]]
-    ways = {"feed-forward": ("printed", "shared", "folded"), "radial-basis": ("norm", "shared", "shared")}
-    for kind, of_network in ways.items():
-        for name in INDICES:
+    counts, networks = (
+        Counts(stored),
+        {"feed-forward": "printed shared folded", "radial-basis": "norm shared shared"},
+    )
+    totals = {"w": "w-operations-table", "KCI": "kci-operations"}
+    rows = {}
+    for name in INDICES:
+        rows[f"{name}, exact"] = [PAPER.printed(totals[name]), *counts.exact[name]]
+        for kind, ways in networks.items():
             printed = PAPER.printed(f"{kind}-{name.lower()}-operations")
-            rows[f"{kind} {name}"] = [printed, *(counts(f"{kind} {name}", form) for form in of_network)]
-    return pd.DataFrame.from_dict(rows, orient="index", columns=["paper", *FORMS])
-
-
-def appendix_a_and_table_4(stored: Evidence) -> Markup:
-    """Set the operations of Appendix A and Table 4; a part has nothing reduced."""
-    table = _printed_and_ours(Counts(stored))
-    return show(table.astype("Int64").astype(object).fillna(""))
-
-
-def table_4_drawn(stored: Evidence) -> Figure:
-    """Draw Table 4 on a logarithmic scale."""
-    table = _printed_and_ours(Counts(stored))["exact w":]
-    fig, ax = plt.subplots(figsize=(6.2, 4))
+            rows[f"{name}, {kind}"] = [printed, *(counts(f"{kind} {name}", way) for way in ways.split())]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=["paper", *FORMS])
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
     for column, marker in zip(table, ("D", *"os^"), strict=True):
-        hollow = {"ms": 10, "mfc": "none", "color": "black"} if column == "paper" else {"ms": 7}
+        hollow = {"ms": 11, "mfc": "none", "color": "#1F2933"} if column == "paper" else {"ms": 7}
         ax.plot(table[column], table.index, marker, label=column, **hollow)
     ax.set(xscale="log", xlim=(80, 50_000), xlabel="operations")
     ax.invert_yaxis()
-    ax.legend(fontsize="small", loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
 
 
-def reduced(stored: Evidence) -> Markup:
-    """Set the operations of the reduced indices, and the steps that make up KCI."""
-    counts = Counts(stored)
-    step, kci = counts("Laguerre", "step"), counts.exact["KCI"][-1]
-    most = kci + (counts.most_steps - counts.steps) * step
-    rows = {
-        "w by its closed form": counts("w", "closed form"),
-        "w by orthogonal elimination, safe near a singularity": counts("w", "elimination"),
-        "KCI, to the bidiagonal form": counts("bidiagonal", "reduced"),
-        "KCI, each step of the iteration": step,
-        f"KCI in all, with the median of {counts.steps} steps": kci,
-        f"KCI in all, with the most steps, {counts.most_steps}": most,
+def checks(stored: Table, live: Table) -> Markup:
+    """Set the deviations of the programs that are counted, with their range over the stored seeds, and of one live run."""
+    titles = {
+        "written": "written-out Jacobian − spatial Jacobian",
+        "closed": "closed-form $w$ / $w$ − 1",
+        "laguerre": "KCI by iteration / KCI − 1",
     }
-    return show(pd.Series(rows, name="operations"))
+    columns = {"stored": stored.where(), "live": live.where()}
+    cells = {
+        head: {title: with_range(rows[name], "{:.0e}") for name, title in titles.items()}
+        for head, rows in columns.items()
+    }
+    return show(pd.DataFrame(cells))
 
 
 def ladder(timed: Evidence) -> Figure:
-    """Draw the time per configuration of the exact indices on each rung of the timing ladder, with quartiles."""
+    """Draw the time per configuration of the exact indices by program and batch, with quartiles."""
     rows = timed["ladder"].where(side="exact")
-    fig, ax = plt.subplots(figsize=(6.8, 4.4))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
     for marker, name in zip("os", INDICES, strict=True):
-        lower, median, upper = 1e9 * rows[rows["index"] == name][["lower", "median", "upper"]].to_numpy().T
+        lower, median, upper = 1e6 * rows[rows["index"] == name][["lower", "median", "upper"]].to_numpy().T
         bars = (median - lower, upper - median)
         ax.errorbar(median, rows["rung"].unique(), xerr=bars, fmt=marker, label=name)
-    ax.set(xscale="log", xlabel="time per configuration [ns]")
+    ax.set(xscale="log", xticks=[0.01, 0.1, 1, 10, 100], xlabel="time per configuration [µs]")
+    ax.xaxis.set_major_formatter("{x:g}")
     ax.invert_yaxis()
-    ax.legend()
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
