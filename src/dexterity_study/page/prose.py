@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 MOST_WORDS, MOST_NEGATIONS = 30, 2
-"""Largest number of words, and of negations, in a sentence."""
+"""Largest number of words between colons and semicolons, and of negations, in a sentence."""
 
 WORDS = {
     r"anew": "again",
@@ -43,8 +43,8 @@ WORDS = {
 
 OPENINGS = {
     r"What (?:\w+ ){1,6}(?:is|are|was|were)\b": "a what-clause as the subject: name the thing",
-    r"(?:Nor|Neither|So little|So few|Such)\b": "an inversion: subject first",
-    r"(?:Not|Never|Only|Seldom|Rarely) (?:\w+ )*(?:is|are|does|do|can|has|have) \w+": "an inversion: subject first",
+    r"(?:Nor|So little|So few)\b": "an inversion: subject first",
+    r"(?:Never|Seldom|Rarely) (?:\w+ )*(?:is|are|does|do|can|has|have) \w+": "an inversion: subject first",
     r"(?:Here|There) (?:go|goes|stand|stands|lie|lies)\b": "an inversion: subject first",
 }
 """Patterns at the beginning of a sentence, and what is wrong with them."""
@@ -118,7 +118,7 @@ def broken_rules(sentence: str) -> Iterator[str]:
     for opening, reason in OPENINGS.items():
         if re.match(opening, bare) and not bare.endswith("?"):
             yield reason
-    if (count := len(re.findall(r"[\w'’-]+", plain))) > MOST_WORDS:
+    if (count := max(len(re.findall(r"[\w'’-]+", part)) for part in re.split("[;:]", plain))) > MOST_WORDS:
         yield f"{count} words, at most {MOST_WORDS}"
     if (count := len(_NEGATION.findall(plain))) > MOST_NEGATIONS:
         yield f"{count} negations, at most {MOST_NEGATIONS}"
