@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
@@ -13,7 +15,7 @@ from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import written
-from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.page.tables import show
 from dexterity_study.workspace.estimation import experiment as ways
 from dexterity_study.workspace.estimation.experiment import THRESHOLDS
 
@@ -33,7 +35,7 @@ FLOOR = 1e-4  # where bars begin on a logarithmic axis
 
 def changes(stored: Evidence, live: Table) -> Figure:
     """Draw the share of the Jacobian's variance that each change leaves, stored and live."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.7))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.3))
     for row, way in enumerate(CHANGES):
         left = 1 - stored["trainings"].values("r2", way=way).dropna()
         low, median, high = left.min(), left.median(), left.max()
@@ -54,33 +56,19 @@ def changes(stored: Evidence, live: Table) -> Figure:
     return fig
 
 
-def confidence(stored: Evidence) -> Markup:
-    """Set the network's accuracy by threshold, and precision and recall at 0.5, below the printed rows."""
+def thresholds(stored: Evidence) -> Markup:
+    """Set the accuracy by threshold below the printed one, and the errors of the Jacobians that the gate passes."""
     paper = load_paper("liao2018")
-    heads = {f"accuracy_{t:g}": f"accuracy at {t:g} [%]" for t in THRESHOLDS}
-    heads |= {"precision_0.5": "precision at 0.5 [%]", "recall_0.5": "recall at 0.5 [%]"}
-    accuracies = [paper.printed(f"confidence-network-{100 * t:g}")[0] for t in THRESHOLDS]
-    printed = [*accuracies, *paper.printed("retrieval-network-50")]
+    accuracies = {f"accuracy_{t:g}": f"accuracy at {t:g} [%]" for t in THRESHOLDS}
+    errors = {"error": "error: median [%]", "worst_error": "99th percentile [%]"}
+    heads = accuracies | errors
+    printed = [100 * paper.printed(f"confidence-network-{100 * t:g}")[0] for t in THRESHOLDS]
     rows = stored["trainings"].where().dropna(subset="accuracy_0.5").set_index("way")
     titles = {**CHANGES, ways.CONFIDENCE_ALONE: "confidence head alone"}
     medians = 100 * rows.groupby(level=0)[list(heads)].median()
     known = [way for way in titles if way in medians.index]
     ours = medians.loc[known].set_axis([titles[way] for way in known])
-    top = pd.DataFrame([[100 * value for value in printed]], ["printed"], list(heads))
-    best = {title: "most" for name, title in heads.items() if name.startswith("accuracy")}
+    top = pd.DataFrame([printed], ["printed"], list(accuracies))
+    best: dict[str, Literal["least", "most"]] = dict.fromkeys(accuracies.values(), "most")
+    best |= dict.fromkeys(errors.values(), "least")
     return show(pd.concat([top, ours]).rename(columns=heads), "{:.1f}", best=best)
-
-
-def gate(stored: Evidence) -> Markup:
-    """Set the shares of poses that the gate lets pass, and the errors of what passes."""
-    heads = {
-        "wrongly_given": "out of reach, given [%]",
-        "wrongly_kept_back": "in reach, kept back [%]",
-        "error": "median error [%]",
-        "worst_error": "99th percentile [%]",
-    }
-    rows = stored["trainings"].where().dropna(subset="given")
-    rows = rows[rows["way"].isin(CHANGES)].assign(**{name: 100 * rows[name] for name in heads})
-    rows["way"] = rows["way"].map(CHANGES)
-    table = over_seeds(rows, "way", heads, "{:.1f}").rename_axis(None)
-    return show(table, best=dict.fromkeys(heads.values(), "least"))
