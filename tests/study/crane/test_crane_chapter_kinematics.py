@@ -92,9 +92,18 @@ def test_the_mechanism_is_the_crane():
         end = placed("coupler") @ [*by_name["coupler"].rods[0, 1], 1.0]
         pin = placed("jib arm") @ [*MACHINE.linkage.coupler_pin, 0.0, 1.0]
         np.testing.assert_allclose(end, pin, atol=2e-5)
+        lettered = [(body.name, *letter) for body in bodies for letter in body.letters.items()]
+        at = {letter: placed(name) @ [*point, 1.0] for name, letter, point in lettered}
+        assert at.keys() == {*"BCDEFGHIJ", "tip"}
+        links = MACHINE.linkage
+        cylinders = np.array([links.lift_cylinder_length, links.jib_cylinder_length]) + strokes[:2]
+        lengths = dict(zip(("CD", "EH", "FH", "HI"), [*cylinders, links.crank, links.coupler], strict=True))
+        for (first, second), length in lengths.items():
+            assert np.linalg.norm(at[first] - at[second]) == pytest.approx(length, abs=2e-5)
+        np.testing.assert_allclose(at["tip"], placed("extension") @ [0, 0, 0, 1.0])
         for name in ("lift", "jib"):
-            barrel, rod = placed(f"{name} cylinder"), placed(f"{name} cylinder's rod")
-            far = np.append(by_name[f"{name} cylinder's rod"].rods[0, 1], 1.0)
+            barrel, rod = placed(f"{name} cylinder"), placed(f"{name} rod")
+            far = np.append(by_name[f"{name} rod"].rods[0, 1], 1.0)
             along = np.linalg.inv(barrel) @ rod @ far
             assert 0 <= along[0] < by_name[f"{name} cylinder"].rods[0, 1, 0]
             np.testing.assert_allclose(along[1:], [0, 0, 1], atol=1e-12)

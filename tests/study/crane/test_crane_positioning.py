@@ -9,7 +9,7 @@ import torch
 from dexterity.crane import TEST_PAYLOADS, TEST_POINTS, positioning
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.claims.outcome import Outcome
-from dexterity_study.crane.positioning import experiment, verdicts
+from dexterity_study.crane.positioning import experiment, show, verdicts
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 
@@ -89,3 +89,13 @@ def test_the_two_worst_points_are_left_out():
         kept = verdicts.distance(stored, method)[:, ~verdicts.at(*points)]
         assert kept.shape[1:] == (len(TEST_POINTS) - 2, len(TEST_PAYLOADS))
     assert verdicts.named(np.flatnonzero(verdicts.at((1, 6)))) == "(1, 6)"
+
+
+def test_the_scene_states_how_far_each_method_is_off():
+    task = positioning.thesis_task([(6.0, 2.0)], [310.0])
+    placements = {experiment.NONE: positioning.uncompensated(task), **experiment.answers(task, 0, EPOCHS)}
+    shown = show.four_tips(epochs=EPOCHS)._repr_html_()
+    for method in show.TIP_COLORS:
+        off = 1e3 * positioning.errors(task, placements[method]).distance.item()
+        assert f"{method}, {off:.1f} mm off" in shown
+    assert f"errors drawn {show.MAGNIFIED:g} : 1" in shown

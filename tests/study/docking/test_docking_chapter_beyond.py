@@ -7,7 +7,7 @@ import torch
 
 from dexterity import docking
 from dexterity_study.docking import cases
-from dexterity_study.docking.beyond import experiment
+from dexterity_study.docking.beyond import experiment, show
 from dexterity_study.engine.evidence import Evidence
 
 STORED = Evidence("docking.beyond")
@@ -69,3 +69,9 @@ def test_two_methods_found_the_stored_pose_at_the_side(reading):
     assert problem.allows(pose)
     assert problem.objective(pose).item() == pytest.approx(best["value"], rel=1e-6)
     assert best["evolved"] == pytest.approx(best["value"], rel=1e-4)
+
+
+def test_the_arm_reaches_every_corner_in_both_scenes():
+    for scene in (show.tilted_scene(STORED), show.wall_scene(STORED)):
+        shown = scene._repr_html_()
+        assert all(f"arm at {corner}<" in shown for corner in "KLMN")

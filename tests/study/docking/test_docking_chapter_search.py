@@ -110,7 +110,7 @@ def test_a_cheap_distance_leaves_the_arm_its_dexterity_and_a_dear_one_takes_it()
 
 def test_scenes_show_the_vehicle_where_it_docks():
     page = show.docked_scene("At the optimum", vector(-0.542, 0.0, 0.203, 0.924))._repr_html_()
-    for name in ("block", "vehicle", "hook", "task area", *"KLMN"):
+    for name in ("block", "vehicle", "hook", "task area", *(f"arm at {corner}" for corner in "KLMN")):
         assert name in page
     found = docking.genetic_docking(problem(cases.CASES["fitted, or"]), 0)
-    assert "way of the best pose" in show.search_scene(found.search)._repr_html_()
+    assert "path of the best pose" in show.search_scene(found.search)._repr_html_()

@@ -62,3 +62,12 @@ def test_shares_of_branches_sum_to_one_and_limits_only_take_some_away():
             within = [row[f"within_{n}"] for n in range(9)]
             assert sum(within) == pytest.approx(1)
             assert sum(n * share for n, share in enumerate(within)) < 8
+
+
+def test_branches_that_look_the_same_share_a_name():
+    arm, puma = robots.docking_arm(), robots.puma560()
+    same = show.four_ways("Four ways", arm, arm.forward([0.4, 0.9, -1.3, 0, 1.97, -0.4]))._repr_html_()
+    assert "branch 0 and branch 3" in same
+    assert "branch 1 and branch 2" in same
+    apart = show.four_ways("Four ways", puma, puma.forward([0.5, -0.6, 0.3, 0.7, 0.8, -0.4]))._repr_html_()
+    assert all(f">branch {i}<" in apart for i in range(4))

@@ -9,7 +9,7 @@ from dexterity.workspace import dataset
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.workspace.data import experiment, verdicts
+from dexterity_study.workspace.data import experiment, show, verdicts
 
 PAPER = load_paper("liao2018")
 
@@ -128,3 +128,10 @@ def test_a_map_keeps_clusters_apart():
     assert points.shape == (80, 2)
     centres = points[:40].mean(0), points[40:].mean(0)
     assert np.linalg.norm(centres[0] - centres[1]) > points[:40].std(0).max()
+
+
+def test_both_arms_of_the_scene_are_drawn_with_their_lengths():
+    shown = show.family()._repr_html_()
+    for links in show.ARMS.values():
+        for name, length in zip(show.LENGTHS, links, strict=True):
+            assert f"{name} = {length:g} m" in shown

@@ -106,7 +106,7 @@ def four_tips(point: tuple[float, float] = (6.0, 2.0), payload: float = 310.0, e
     for method, color in TIP_COLORS.items():
         miss = positioning.errors(task, placements[method]).each[0]
         ends = torch.stack([task.targets[0], task.targets[0] - MAGNIFIED * miss])
-        name = f"{method}, {1e3 * miss.norm():.0f} mm off"
+        name = f"{method}, {1e3 * miss.norm():.1f} mm off"
         scene.add_bars(name, _upright(ends)[None], radius=0.03, color=color)
     return scene
 
