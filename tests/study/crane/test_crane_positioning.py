@@ -9,7 +9,7 @@ import torch
 from dexterity.crane import TEST_PAYLOADS, TEST_POINTS, positioning
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.claims.outcome import Outcome
-from dexterity_study.crane.positioning import experiment, verdicts
+from dexterity_study.crane.positioning import experiment, show, verdicts
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 
@@ -89,3 +89,17 @@ def test_the_two_worst_points_are_left_out():
         kept = verdicts.distance(stored, method)[:, ~verdicts.at(*points)]
         assert kept.shape[1:] == (len(TEST_POINTS) - 2, len(TEST_PAYLOADS))
     assert verdicts.named(np.flatnonzero(verdicts.at((1, 6)))) == "(1, 6)"
+
+
+def test_clouds_have_a_dot_for_each_seed_and_a_cross_for_each_printed_pair():
+    stored, paper = Evidence(CHAPTER), load_paper("rouvinen1999")
+    (ax,) = show.clouds(stored).axes
+    dots = [line for line in ax.lines if line.get_marker() == "o"]
+    assert [len(line.get_xdata()) for line in dots] == [10] * len(show.COLORS)
+    crosses = {
+        tuple(line.get_xydata()[0]) for line in ax.lines if line.get_marker() == "x" and len(line.get_xdata())
+    }
+    assert crosses == {
+        tuple(paper.printed(f"crane-{name}-{kind}")[2] for kind in ("mean", "max"))
+        for name in verdicts.NAMES.values()
+    }
