@@ -15,7 +15,9 @@ _TOC = parse_toc_yaml(SOURCE / "_toc.yml")
 PAGES: tuple[str, ...] = tuple(_TOC)
 """Every page of the table of contents."""
 
-CHAPTERS: tuple[str, ...] = tuple(page for page in PAGES[1:] if not page.startswith("reference/"))
+CHAPTERS: tuple[str, ...] = tuple(
+    page for page in PAGES[1:] if not page.startswith("reference/") and not page.endswith("/summary")
+)
 """The pages that derive and run something, and so end with where their numbers come from."""
 
 SHARED = ("_static/", "searchindex.js")

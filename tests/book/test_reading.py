@@ -72,7 +72,9 @@ def test_captions_are_numbered(browser: Browser, served_root: str, page: str) ->
 def test_a_chapter_prints_on_few_pages(browser: Browser, served_root: str, page: str) -> None:
     with visit(browser, served_root, page) as visited:
         visited.page.evaluate("checks.untypesetFormulas()")
-        printed = visited.page.pdf(format="A4", margin=dict.fromkeys(("top", "bottom", "left", "right"), "15mm"))
+        printed = visited.page.pdf(
+            format="A4", margin=dict.fromkeys(("top", "bottom", "left", "right"), "15mm")
+        )
     assert len(re.findall(rb"/Type\s*/Page\b", printed)) <= MOST_PRINTED
 
 

@@ -9,7 +9,7 @@ from torch.testing import assert_close
 
 from dexterity import crane
 from dexterity.crane import positioning
-from dexterity_study.crane.beyond import experiment, verdicts
+from dexterity_study.crane.beyond import experiment, show, verdicts
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 
@@ -80,6 +80,20 @@ def test_half_the_size_amplifies_alike_and_sags_a_quarter(stored):
     np.testing.assert_allclose(half, whole, rtol=1e-9)
     errors = stored["tables"].where().pivot(index="entries", columns="size", values="largest")
     np.testing.assert_allclose(errors[1.0], 4 * errors[0.5], rtol=1e-9)
+
+
+def test_tables_hold_every_method_that_the_page_names(stored):
+    methods = show.methods(stored, stored["learned_methods"]).html
+    assert methods.count("<tr") == 2 + 3 + len(show.METHODS)
+    # The structure in a loop is exact on the test, and reads as less than the form can show.
+    assert "&lt; 0.01" in methods
+    assert show.speed(stored).html.count("<tr") == 1 + 2 + 10
+
+
+def test_errors_below_the_floor_are_drawn_on_it(stored):
+    (ax,) = show.loops(stored).axes
+    heights = np.concatenate([line.get_ydata() for line in ax.lines])
+    assert heights.min() == pytest.approx(show.FLOOR)
 
 
 def test_entries_grow_by_the_power_that_they_are_made_with():

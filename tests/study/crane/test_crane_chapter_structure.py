@@ -121,6 +121,14 @@ def test_ways_to_reach_a_point_hold_the_one_with_the_least_extension():
             assert ways.loc[point, "least"] <= own + 1e-12 <= ways.loc[point, "largest"] + 2e-12
 
 
+def test_the_largest_error_in_x_agrees_after_an_exchange_alone():
+    (ax,) = show.agreement(Evidence("crane.structure")).axes
+    row = show.TESTED.index("max x")
+    spans = {bars.get_label(): bars.get_segments()[row][:, 0] for bars in ax.collections}
+    assert spans["other sections"].min() > 1.25
+    assert spans["one point exchanged"].min() < 1 < spans["one point exchanged"].max()
+
+
 def test_bars_sway_from_no_payload_to_the_rating_and_back():
     rest, moving = show.swaying_bars((5.0, 2.0), frames=9)
     assert len(moving) == len(show.PART_COLORS)

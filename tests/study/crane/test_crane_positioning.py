@@ -99,3 +99,17 @@ def test_the_scene_states_how_far_each_method_is_off():
         off = 1e3 * positioning.errors(task, placements[method]).distance.item()
         assert f"{method}, {off:.1f} mm off" in shown
     assert f"errors drawn {show.MAGNIFIED:g} : 1" in shown
+
+
+def test_clouds_have_a_dot_for_each_seed_and_a_cross_for_each_printed_pair():
+    stored, paper = Evidence(CHAPTER), load_paper("rouvinen1999")
+    (ax,) = show.clouds(stored).axes
+    dots = [line for line in ax.lines if line.get_marker() == "o"]
+    assert [len(line.get_xdata()) for line in dots] == [10] * len(show.COLORS)
+    crosses = {
+        tuple(line.get_xydata()[0]) for line in ax.lines if line.get_marker() == "x" and len(line.get_xdata())
+    }
+    assert crosses == {
+        tuple(paper.printed(f"crane-{name}-{kind}")[2] for kind in ("mean", "max"))
+        for name in verdicts.NAMES.values()
+    }

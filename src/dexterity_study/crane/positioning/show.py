@@ -16,10 +16,8 @@ from dexterity_study.claims.ledger import load_paper
 from dexterity_study.crane.positioning.experiment import (
     DIRECT,
     EXACT,
-    FREE,
     GENETIC,
     INVERSE,
-    METHODS,
     MODULAR,
     NONE,
     answers,
@@ -51,7 +49,6 @@ TITLES = {
     DIRECT: "2 direct network",
     MODULAR: "3 two networks",
     INVERSE: "4 inverse network",
-    FREE: "4 without the extension",
 }
 """Names of the methods on the page."""
 
@@ -90,7 +87,7 @@ def errors(stored: Evidence, live: Table) -> Markup:
         ("largest [mm]", "ours"): ours["largest"],
         ("at an end [%]", "ours"): ours["stopped"],
     }
-    return show(pd.DataFrame(columns).loc[list(METHODS)].rename(index=TITLES), "{:.1f}")
+    return show(pd.DataFrame(columns).loc[list(TITLES)].rename(index=TITLES), "{:.1f}")
 
 
 def four_tips(point: tuple[float, float] = (6.0, 2.0), payload: float = 310.0, epochs: int = 100) -> Scene:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity_study.claims.ledger import load_paper
@@ -52,10 +53,12 @@ def two_sizes(stored: Evidence, live: Table) -> Markup:
     keys, trained = ["network", "neurons"], live.where()
     rows = stored["sizes"].where().query("neurons in @trained.neurons.values")
     heads = {"training": "training data [mm]", "test": "test points [mm]"}
-    columns = over_seeds(rows, keys, heads, "{:.1f}")
+    medians = over_seeds(rows, keys, {metric: metric for metric in heads}, "{:.1f}")
+    columns = {}
     for metric, head in heads.items():
-        columns[f"{head[:-5]}, live [mm]"] = trained.set_index(keys)[metric]
-    return show(columns, "{:.1f}")
+        columns[head, "stored"] = medians[metric]
+        columns[head, "live"] = trained.set_index(keys)[metric]
+    return show(pd.DataFrame(columns), "{:.1f}")
 
 
 def descents(stored: Evidence) -> Figure:
@@ -83,11 +86,11 @@ def rules(stored: Evidence) -> Markup:
         "wrong": "wrong share by Eq. 58",
     }
     names = {
-        "correction": "1 correction network",
-        "direct": "2 direct network",
-        "modular, rigid": "3 first network",
-        "modular, rest": "3 second network",
-        "inverse": "4 inverse network",
+        "correction": "1 correction",
+        "direct": "2 direct",
+        "modular, rigid": "3, first",
+        "modular, rest": "3, second",
+        "inverse": "4 inverse",
     }
     rows = stored["rules"].where().set_index("network").loc[list(names), list(heads)]
-    return show(rows.rename(index=names, columns=heads).rename_axis(None), "{:.1f}")
+    return show(rows.rename(index=names, columns=heads).rename_axis("network"), "{:.1f}")
