@@ -1,53 +1,102 @@
-"""Tables of the chapter on a network for the area measure."""
+"""Figures and tables of the chapter on a network for the area measure."""
 
 from __future__ import annotations
 
+import matplotlib.pyplot as plt
 import pandas as pd
-from torch import Tensor
+import torch
+from matplotlib.figure import Figure
 
+from dexterity import robots
 from dexterity.timing import Timing, ratio
-from dexterity_study.docking.area.show import by_arm
+from dexterity_study.docking.area.show import ARM_COLORS, by_arm
 from dexterity_study.docking.cases import ARMS
-from dexterity_study.docking.stand_in.experiment import FIRST
+from dexterity_study.docking.stand_in.experiment import FIRST, Rating, rated
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 
+_IN_WORDS = {arm: f"{arm} arm" for arm in ARMS}
 
-def quarter_turns(values: Tensor) -> Markup:
-    """Set M_a [m³] of four poses after no, one, two and three quarter turns (4, 4)."""
-    table = pd.DataFrame(values.numpy(), ["no turn", "one", "two", "three"], list("abcd"))
-    return show(table, "{:.4f}")
+
+def errors_and_times(stored: Evidence) -> Figure:
+    """Draw the error of 99 % of the good poses against the time per pose, for each way and both arms."""
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.6))
+    ways = by_arm(stored["ways"])
+    for arm, reading in ARMS.items():
+        times = 1e6 * stored["times"].where(reading).set_index("name")["median"]
+        errors = 100 * ways[ways["arm"] == arm].groupby("way", sort=False)["high_most"].median()
+        exact, color = errors.drop("network"), ARM_COLORS[arm]
+        ax.plot(times[exact.index], exact, "o-", color=color, label=f"exact measure, {arm} arm")
+        ax.plot(times["network"], errors["network"], "*", ms=14, color=color, label=f"network, {arm} arm")
+        if arm == "stated":
+            for way, error in exact.items():
+                place = {"xytext": (-6, -4), "textcoords": "offset points", "ha": "right", "va": "top"}
+                ax.annotate(str(way), (times[way], error), **place)
+    ax.set(xscale="log", ylim=(0, 40), xlim=(0.6, 12), xticks=[1, 2, 5, 10])
+    ax.set_xticks([1, 2, 5, 10], ["1", "2", "5", "10"])
+    ax.minorticks_off()
+    ax.set(xlabel="time per pose [μs]", ylabel="99 % of the errors [%]")
+    fig.legend(loc="outside upper center", ncols=1)
+    return fig
+
+
+def cuts(network: Rating) -> Figure:
+    """Draw the measure of the stated arm by a network and exactly, along two lines of poses."""
+    lines = {
+        "x of the base [m], at y = 0.15 m and ψ = 0": (0, (-0.47, -0.2), (0.0, 0.15, 0.2, 0.0)),
+        "ψ [rad], at x = −0.5 m and y = 0": (3, (-torch.pi, torch.pi), (-0.5, 0.0, 0.2, 0.0)),
+    }
+    arm = robots.docking_arm()
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.6))
+    for ax, (label, (variable, ends, pose)) in zip(panels, lines.items(), strict=True):
+        poses = torch.tensor(pose, dtype=torch.float64).repeat(801, 1)
+        poses[:, variable] = torch.linspace(*ends, 801, dtype=torch.float64)
+        ax.plot(poses[:, variable], network(poses), label="network")
+        ax.plot(poses[:, variable], rated(arm, 3, poses), "--", label="9 points")
+        ax.plot(poses[:, variable], rated(arm, 21, poses), color="#595959", label="441 points", zorder=1)
+        ax.set(xlabel=label, ylabel="$M_a$ [m³]")
+    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return fig
 
 
 def errors(stored: Evidence) -> Markup:
     """Set errors on all poses, and on those where M_a is above half of the largest, by arm and way."""
     rows, of = by_arm(stored["ways"]), {"median": "median", "most": "99 %", "largest": "largest"}
-    heads = {f"{name}_{size}": f"{name}, {title}" for name in ("all", "high") for size, title in of.items()}
+    groups = {"all": "all poses [%]", "high": "good poses [%]"}
+    heads = {f"{name}_{size}": (group, title) for name, group in groups.items() for size, title in of.items()}
     rows[[*heads]] *= 100
-    return show(over_seeds(rows, ["arm", "way"], heads))
+    table = over_seeds(rows, ["arm", "way"], {name: name for name in heads}, "{:.1f}")
+    table.columns = pd.MultiIndex.from_tuples(heads.values())
+    return show(table.rename(_IN_WORDS, level="arm"))
 
 
 def times(stored: Evidence) -> Markup:
-    """Set times to rate poses, and after how many poses a network has saved the time that its teaching took."""
-    rows = {}
+    """Set times of the exact measure relative to a network's, and the poses after which training has paid off."""
+    columns = {}
     for arm, reading in ARMS.items():
         timed = stored["times"].where(reading)[["name", "configurations", "lower", "median", "upper"]]
-        teaching, network, *others = (Timing(*one) for one in timed.itertuples(index=False))
-        rows[arm, network.name] = (f"{1e6 * network.median:.3g}", "1", "–")
-        for one in others:
-            slower, saved = ratio(one, network), one.median - network.median
-            pays = slower.distinguishable and saved > 0
-            poses = f"{teaching.median / saved:,.0f}" if pays else "–"
-            rows[arm, one.name] = (f"{1e6 * one.median:.3g}", str(slower), poses)
-    columns = ["a pose [μs]", "over the network's", "poses that pay for teaching"]
-    return show(pd.DataFrame(rows, index=columns).T)
+        training, network, *others = (Timing(*one) for one in timed.itertuples(index=False))
+        ratios = {one.name: ratio(one, network) for one in others}
+        saved = {one.name: one.median - network.median for one in others}
+        columns[f"{arm} arm", "time, relative to the network"] = pd.Series(ratios).map(str)
+        columns[f"{arm} arm", "poses that pay for the training [thousands]"] = pd.Series(
+            {
+                name: training.median / saved[name] / 1e3 if of.distinguishable and saved[name] > 0 else None
+                for name, of in ratios.items()
+            },
+            dtype=float,
+        )
+    return show(pd.DataFrame(columns), "{:,.0f}")
 
 
 def searches(stored: Evidence) -> Markup:
     """Set what rankings of the pool are good for."""
-    rows, best = by_arm(stored["ways"]), {f"best_of_{count}": f"best of {count} [%]" for count in FIRST}
+    rows = by_arm(stored["ways"])
+    best = {f"best_of_{count}": f"best of {count} [%]" for count in FIRST[:3]}
     rows[[*best]] *= 100
-    looks = {"needed": "looked at, within 1 %", "proven": "looked at, proof"}
+    looks = {"needed": "poses to come within 1 %", "proven": "poses to prove the best"}
     by = ["arm", "way"]
-    return show(over_seeds(rows, by, best).join(over_seeds(rows, by, looks, "{:,.0f}")))
+    table = over_seeds(rows, by, best, "{:.0f}").join(over_seeds(rows, by, looks, "{:,.0f}"))
+    return show(table.rename(_IN_WORDS, level="arm"))
