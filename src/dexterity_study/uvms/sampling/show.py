@@ -11,23 +11,41 @@ from dexterity.sampling import TaskSector
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
+from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.uvms.sampling import experiment
 from dexterity_study.uvms.sampling.experiment import CHOICES
 from dexterity_study.uvms.sampling.verdicts import TURNED
 
-ERRORS = {
-    "testing_error": "on the test set [%]",
-    "between": "between its points [%]",
-    "fresh": "on fresh ones [%]",
-    "most": "99 % below [%]",
-}
+ERRORS = ("testing_error", "between", "fresh")
+METHODS = {"grid": "grid", "sobol": "Sobol", "uniform": "uniform"}
 
 
-def inputs(stored: Evidence) -> Markup:
-    """Set the inputs of each index as its derivation finds them."""
-    return show(stored["values"].where().set_index("index")["inputs"].rename_axis(None))
+def wider_spaces(stored: Evidence) -> Figure:
+    """Draw the largest errors of the paper's networks and of the best ones against the width of their space."""
+    rows = _percent(stored["extensions"].where())
+    fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 4.6))
+    networks = {
+        "w": ((experiment.AS_PRINTED, 8), (experiment.AS_PRINTED, 40)),
+        "KCI": ((experiment.AS_PRINTED, 25), (experiment.FROM_VEHICLE, 40)),
+    }
+    labels = ("network of the paper", "best network tried")
+    for ax, (index, pair) in zip(panels, networks.items(), strict=True):
+        for (network, neurons), label in zip(pair, labels, strict=True):
+            chosen = (rows["network"] == network) & (rows["neurons"] == neurons) & (rows["index"] == index)
+            errors = rows[chosen].groupby("half_width")["fresh"].agg(["median", "min", "max"])
+            bars = (errors["median"] - errors["min"], errors["max"] - errors["median"])
+            ax.errorbar(errors.index, errors["median"], yerr=bars, fmt="o-", ms=5, label=label)
+        ax.axhline(100 * _limit(), color="#1F2933", linestyle=":", label="limit of the paper")
+        ax.set(xscale="log", yscale="log", xticks=errors.index, ylabel=f"error of {index} [%]")
+        ax.xaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.minorticks_off()
+    panels[0].set(xlabel="joints within ± [°]", yticks=(0.1, 1, 10, 100))
+    panels[1].set(xlabel="vehicle within ± [m]", yticks=(1, 10, 100))
+    fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return fig
 
 
 def space(reading: str) -> TaskSector:
@@ -45,14 +63,15 @@ def outline(of: TaskSector) -> np.ndarray:
 
 def areas() -> Figure:
     """Draw where the arm's base is, for the two readings of the search area."""
-    fig, panels = plt.subplots(1, 2, figsize=(6.5, 4), sharex=True, sharey=True)
-    for ax, reading in zip(panels, ("chosen", TURNED), strict=True):
+    fig, panels = plt.subplots(1, 2, figsize=(figures.WIDTH, 2.9), sharex=True, sharey=True)
+    titles = {"chosen": "before the vehicle turns", TURNED: "after it turns"}
+    for ax, (reading, title) in zip(panels, titles.items(), strict=True):
         area = space(reading)
         bases = experiment.base_positions(experiment.draw(area, 600, seed=0))
-        ax.plot(*bases[:, :2].T, ".", ms=3, color="0.55")
+        ax.plot(*bases[:, :2].T, ".", ms=3, color="#808080")
         ax.plot(*outline(area).T[:2], color="C1")
-        ax.plot(*area.task_point[:2], "*", color="k", ms=12)
-        ax.set(title=CHOICES[reading], xlabel="x [m]", aspect="equal")
+        ax.plot(*area.task_point[:2], "*", color="C0", ms=12)
+        ax.set(title=title, xlabel="x [m]", aspect="equal")
     panels[0].set(ylabel="y [m]")
     return fig
 
@@ -61,44 +80,45 @@ def choices(stored: Evidence) -> Markup:
     """Set KCI and its networks by reading of the search area."""
     rows = _percent(stored["search_area"].where(None)).replace({"reading": CHOICES})
     first = rows.groupby("reading", sort=False).first()
-    low, high = first["lowest"], first["highest"]
-    facts = {"KCI from": low, "to": high, "error of a constant [%]": 100 * (high - low) / (high + low)}
-    facts |= {"σ5 ≈ σ6 [%]": 100 * first["kinks"], "within reach [%]": 100 * first["reachable"]}
-    errors = over_seeds(rows, "reading", {"fresh": "largest error [%]", "most": ERRORS["most"]})
-    return show(pd.DataFrame(facts).join(errors).rename_axis(None))
+    facts = {"KCI from": first["lowest"], "to": first["highest"]}
+    error = over_seeds(rows, "reading", {"fresh": "error of a network [%]"}, "{:.1f}")
+    table = pd.DataFrame(facts).join(error).join((100 * first["reachable"]).rename("in reach [%]"))
+    return show(table.rename_axis("choice"), "{:.2f}", forms={"in reach [%]": "{:.0f}"})
 
 
-def training_sets(stored: Evidence) -> Markup:
-    """Set errors of networks by kind of draw and rows, medians over the seeds with their ranges."""
-    rows = _percent(stored["training_sets"].where())
-    return show(over_seeds(rows, ["index", "method", "rows"], ERRORS))
+def tests(stored: Evidence) -> Markup:
+    """Set errors of the networks with the largest training sets, by the set that they are tested on."""
+    rows = _percent(stored["training_sets"].where()).replace({"method": METHODS})
+    most = rows[rows["rows"] == rows["rows"].max()]
+    names = (most["index"] + ", " + most["method"]).rename("index, training set")
+    heads = {
+        "testing_error": "1,000 of the same kind",
+        "between": "1,000 uniform",
+        "fresh": "50,000 uniform",
+    }
+    return show(over_seeds(most.assign(name=names), "name", heads, "{:.2f}").rename_axis(names.name))
 
 
 def error_by_rows(stored: Evidence, live: Table) -> Figure:
     """Draw the largest error on fresh configurations against the rows of the training set, seeds and medians."""
-    fig, ax = plt.subplots()
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.8))
     groups = _percent(stored["training_sets"].where()).groupby(["index", "method"], sort=False)
-    for color, (name, rows) in enumerate(groups):
-        ax.plot(rows.groupby("rows")["fresh"].median(), "o-", label=" ".join(map(str, name)))
+    for color, ((index, method), rows) in enumerate(groups):
+        ax.plot(rows.groupby("rows")["fresh"].median(), "o-", label=f"{index}, {METHODS[method]}")
         ax.plot(rows["rows"], rows["fresh"], ".", color=f"C{color}", alpha=0.3)
-    limit = min(load_paper("sotiropoulos2016").printed("feed-forward-testing-error-limit"))
-    ax.axhline(100 * limit, color="k", linestyle=":", label="E of the paper")
-    ax.plot(live.rows["rows"], 100 * live.rows["fresh"], "kx", label="live, first seed")
-    ax.set(xscale="log", yscale="log", yticks=(0.1, 0.2, 0.5, 1, 2, 5))
+    ax.axhline(100 * _limit(), color="#1F2933", linestyle=":", label="limit of the paper")
+    ax.plot(live.rows["rows"], 100 * live.rows["fresh"], "x", color="#1F2933", label="live, seed 0")
+    ax.set(xscale="log", yscale="log", yticks=(0.1, 0.2, 0.5, 1, 2, 5), xticks=(300, 1000, 3000, 10_000))
     ax.set(xlabel="rows of the training set", ylabel="largest error [%]")
+    ax.xaxis.set_major_formatter("{x:,g}")
     ax.yaxis.set_major_formatter("{x:g}")
     ax.minorticks_off()
-    ax.legend(fontsize="small")
+    fig.legend(loc="outside upper center", ncols=2)
     return fig
 
 
-def extension(stored: Evidence, index: str) -> Markup:
-    """Set the range of an index over wider spaces, and errors of networks there."""
-    unit, keys = {"w": ("°", ["space"]), "KCI": (" m", ["network", "space"])}[index]
-    rows = _percent(stored["extensions"].where(index=index))
-    rows["space"] = rows["half_width"].map(f"±{{:g}}{unit}".format)
-    rows["values"] = rows["lowest"].map("{:.3g}–".format) + rows["highest"].map("{:.3g}".format)
-    return show(over_seeds(rows, [*keys, "values", "neurons"], ERRORS))
+def _limit() -> float:
+    return min(load_paper("sotiropoulos2016").printed("feed-forward-testing-error-limit"))
 
 
 def _percent(rows: pd.DataFrame) -> pd.DataFrame:
