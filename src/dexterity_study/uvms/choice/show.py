@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dexterity_study.claims.ledger import load_paper
@@ -46,7 +47,7 @@ _SYSTEMS = {
 
 def errors_by_function(stored: Evidence) -> Figure:
     """Draw the errors of networks and of simpler functions, for both indices."""
-    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.1), sharex=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 3.9), sharex=True)
     metrics = {
         "most": ("99 % of samples below", "|"),
         "sampled": ("largest sampled", "o"),
@@ -59,6 +60,7 @@ def errors_by_function(stored: Evidence) -> Figure:
         _draw_limit(ax)
         ax.set(xscale="log", title=_head(index))
         ax.xaxis.set_major_formatter("{x:g}")
+        ax.margins(y=0.1)
         ax.invert_yaxis()
     panels[1].set(xlabel="relative error [%]")
     fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
@@ -84,12 +86,12 @@ def shipped(stored: Evidence) -> Markup:
 
 def errors_by_way(stored: Evidence) -> Figure:
     """Draw the largest error for KCI by way of training, every seed a dot."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.2))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.0))
     for metric, label, marker in (("sampled", "largest sampled", "o"), ("worst", "worst case found", "^")):
         errors = 100 * stored["ways"].by_seed(metric, over="way").rename(columns=_WAYS)
         color = ax.plot(errors.median(), errors.columns, marker, ms=7, label=label)[0].get_color()
-        for way, values in errors.items():
-            ax.plot(values, [way] * len(values), marker, ms=3, alpha=0.4, color=color)
+        for of_seed in errors.to_numpy():
+            ax.plot(of_seed, errors.columns, marker, ms=3, alpha=0.4, color=color)
     _draw_limit(ax)
     ax.set(xscale="log", xlabel="relative error [%]")
     ax.set_xticks([1, 2, 5, 10, 20], labels=["1", "2", "5", "10", "20"])
@@ -99,7 +101,7 @@ def errors_by_way(stored: Evidence) -> Figure:
     return fig
 
 
-def _draw_limit(ax: plt.Axes) -> None:
+def _draw_limit(ax: Axes) -> None:
     limit = load_paper("sotiropoulos2016").printed("all-networks-within-two-per-cent")
     ax.axvline(100 * limit, color="#595959", linestyle="--", label="limit of the paper")
 
@@ -125,11 +127,11 @@ def pruned(stored: Evidence) -> Markup:
     """Set the neurons of radial-basis networks after pruning, and the errors that were allowed."""
     rows = stored["pruned"].where().assign(allowed=lambda own: 100 * own["allowed"])
     names = {"after": "neurons left", "allowed": "error allowed [%]"}
-    by_index = {
-        (f"{_head(index)}, from {own['before'].iloc[0]} neurons", name): own[metric]
-        for index, own in rows.set_index("spread").groupby("index", sort=False)
-        for metric, name in names.items()
-    }
+    by_index: dict[tuple[str, str], pd.Series] = {}
+    for index in INDICES:
+        own = rows[rows["index"] == index].set_index("spread")
+        head = f"{_head(index)}, from {own['before'].iloc[0]} neurons"
+        by_index |= {(head, name): own[metric] for metric, name in names.items()}
     return show(pd.DataFrame(by_index).rename_axis("spread [rad, m]"), "{:.1f}")
 
 
@@ -140,7 +142,7 @@ def elsewhere(stored: Evidence) -> Markup:
     for (system, form), name in _SYSTEMS.items():
         for index in INDICES:
             if (system, form.format(index)) in rows.index:
-                own = 100 * rows.loc[[(system, form.format(index))]]
+                own = 100 * rows[["constant", "error"]].loc[[(system, form.format(index))]]
                 head = _head(index)
                 cells.setdefault((head, "constant [%]"), {})[name] = written(
                     own["constant"].median(), "{:.2g}"

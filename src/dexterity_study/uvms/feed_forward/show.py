@@ -11,7 +11,7 @@ from dexterity.networks.design import Design
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page import figures
-from dexterity_study.page.markup import Markup, element, inline
+from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LARGER, LIMIT, TRAINED_ON
@@ -51,15 +51,14 @@ def error_by_size(stored: Evidence) -> Figure:
     return fig
 
 
-def trials(design: Design, stored: Evidence) -> Markup:
+def trials(design: Design, stored: Evidence) -> str:
     """Say where a live run of the printed loop for w ends, next to the stored loops."""
     tried = ", ".join(f"{trial.testing_error:.2%}" for trial in design.trials)
     neurons = with_range(ends(stored, "w").query("reading == 'chosen'")["neurons"], "{:.0f}")
-    sentence = (
+    return (
         f"Testing errors with one, two, … neurons: {tried}. The loop ends at {design.best.neurons} neurons; the stored loops "
         f"end at {neurons} neurons."
     )
-    return Markup(element("p", inline(sentence)))
 
 
 def loops(stored: Evidence) -> Markup:

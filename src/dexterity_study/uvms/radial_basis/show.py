@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import with_range
@@ -28,7 +27,7 @@ _READINGS = {
 
 def error_by_spread(stored: Evidence) -> Figure:
     """Draw the smallest testing error against the spread, Figs. 8 and 12 of the paper."""
-    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.4), sharex=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.2), sharex=True)
     paper = load_paper("sotiropoulos2016")
     for ax, index in zip(panels, INDICES, strict=True):
         errors = 100 * stored["growth"].by_seed("smallest", over="spread", index=index)
@@ -57,7 +56,7 @@ def by_spread(stored: Evidence) -> Markup:
     columns = {
         "neurons for 2 %": groups["needed_0.02"].apply(_reached),
         "neurons for 1 %": groups["needed_0.01"].apply(_reached),
-        "units that answer a half [%]": (100 * medians["active"]).map("{:.0f}".format),
+        "wide units [%]": (100 * medians["active"]).map("{:.0f}".format),
         "condition number": medians["condition"],
         "largest weight": medians["weight"],
     }
@@ -67,7 +66,7 @@ def by_spread(stored: Evidence) -> Markup:
 
 def growth(stored: Evidence) -> Figure:
     """Draw testing errors against the number of neurons, Figs. 9 and 13 of the paper."""
-    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.6), sharex=True)
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.3), sharex=True)
     paper, grown = load_paper("sotiropoulos2016"), stored["growth"]
     for ax, index in zip(panels, INDICES, strict=True):
         medians = growth_of(stored, index).groupby("spread")["smallest"].median()
@@ -97,11 +96,10 @@ def growth(stored: Evidence) -> Figure:
     return fig
 
 
-def loops(stored: Evidence, live: Table) -> Markup:
-    """Set where the printed loop for w ends, for each reading with a result of its own and for one live run."""
+def loops(stored: Evidence) -> Markup:
+    """Set where the printed loop for w ends, for each reading with a result of its own."""
     rows = stored["loop"].where(None)
     cases = {name: rows[rows["reading"] == reading] for reading, name in _READINGS.items()}
-    cases["steps of 0.1, live run"] = live.where()
     forms = {
         "spread": (1, "{:.2g}", "spread [rad, m]"),
         "neurons": (1, "{:.0f}", "neurons"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -12,7 +14,7 @@ from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
-from dexterity_study.page.markup import Markup, element, inline
+from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import written
 from dexterity_study.page.tables import show
 from dexterity_study.uvms.cost.experiment import INDICES
@@ -71,25 +73,25 @@ def times(stored: Evidence) -> Markup:
     """Set the times per configuration [µs] on all rungs, with their quartiles, after those of Table 5."""
     printed = 1e6 / verdicts.ON.printed("timing-inputs")
     columns = {}
-    for (index, side), own in stored["ladder"].where().groupby(["index", "side"], sort=False):
-        if side in (EXACT, *NETWORKS):
-            claim = verdicts.TABLE_5.get((index, side))
-            rungs = own.set_index(own["rung"].map(_RUNGS))[["median", "lower", "upper"]] * 1e6
-            first = {"Table 5 of the paper": f"{printed * verdicts.ON.printed(claim):.3g}" if claim else "–"}
-            columns[_head(index), side] = first | rungs.apply(_with_quartiles, axis="columns").to_dict()
+    for index, side in product(INDICES, (EXACT, *NETWORKS)):
+        claim = verdicts.TABLE_5.get((index, side))
+        own = stored["ladder"].where(index=index, side=side)
+        rungs = own.set_index(own["rung"].map(_RUNGS))[["median", "lower", "upper"]] * 1e6
+        first = {"Table 5 of the paper": f"{printed * verdicts.ON.printed(claim):.3g}" if claim else "–"}
+        columns[_head(index), side] = first | rungs.apply(_with_quartiles, axis="columns").to_dict()
     return show(pd.DataFrame(columns))
 
 
-def agreement(stored: Evidence, live: Table) -> Markup:
+def agreement(stored: Evidence, live: Table) -> str:
     """Say how the speed-ups of a live run compare with the stored ones."""
     before, now = (advantages(quartiles(rows.where()))[list(NETWORKS)] for rows in (stored["ladder"], live))
-    factor = np.exp(np.abs(np.log(now / before))).to_numpy()
+    factor = (now / before).to_numpy()
+    factor = np.maximum(factor, 1 / factor)
     same = ((before > 1) == (now > 1)).to_numpy()
-    sentence = (
+    return (
         f"In the live run, {same.sum()} of {same.size} speed-ups are on the same side of 1 as the stored ones. They differ "
         f"from the stored ones by a factor of {np.median(factor):.2g} in the median and of {factor.max():.2g} at most."
     )
-    return Markup(element("p", inline(sentence)))
 
 
 def heart() -> str:
@@ -103,6 +105,7 @@ def compiled(stored: Evidence) -> Markup:
     """Set neurons, times and instructions of compiled C, for the exact indices and all networks."""
     counts = stored["instructions"].where().set_index(["index", "side"])
     counts["time"] = stored["ladder"].where(rung=FOOT).set_index(["index", "side"])["median"] * 1e6
+    counts["instructions"] = counts["instructions"].map("{:,.0f}".format)
     counts["neurons"] = counts["neurons"].astype(object).where(counts["neurons"] > 0, "–")
     metrics = {"neurons": "neurons", "time": "time [µs]", "instructions": "instructions"}
     columns = {
@@ -110,8 +113,7 @@ def compiled(stored: Evidence) -> Markup:
         for index in INDICES
         for metric, name in metrics.items()
     }
-    forms = {name: "{:,.0f}" for name in columns if name[1] == "instructions"}
-    return show(pd.DataFrame(columns).rename_axis(None), "{:.3f}", forms=forms)
+    return show(pd.DataFrame(columns).rename_axis(None), "{:.4f}")
 
 
 def planner(stored: Evidence) -> Markup:
