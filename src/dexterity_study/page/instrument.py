@@ -9,7 +9,7 @@ script, ``instrument.js`` beside its ``show.py``, which reads the inputs, calls 
     // All quantities are in SI units. `modules` are the imported modules by name, `data` the instrument's data.
     export function values(inputs, { modules, data }) { return { w: modules.index.value([inputs.x]) }; }
     export function draw(outputs, inputs, { stages, data }) { stages.side.line([[0, 0], [1, outputs.w]], "blue"); }
-    export function drag(handle, [x, y], inputs, { data }) { return { x }; }   // only if there are handles
+    export function drag(handle, [x, y], inputs, { data }, drawing) { return { x }; }   // only if there are handles
 
 ``values`` returns an object with an entry for each readout, and whatever else ``draw`` needs. ``draw`` gets the
 stages by the names of the drawings; what a stage offers stands in ``instrument.html``. ``window.instrument`` of the
