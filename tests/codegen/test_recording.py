@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import torch
-from node_calls import call, call_all, needs_node
 from numpy.testing import assert_allclose
+from run_in_node import called, needs_node
 from torch import Tensor
 
 from dexterity import spatial
@@ -75,7 +75,8 @@ def chosen_by_a_number(x: Tensor) -> Tensor:
 )
 def test_a_recording_is_the_function(tmp_path, rng, function):
     inputs = 2 * rng.standard_normal((100, 6))
-    results = call_all(tmp_path, module_of(function, torch.from_numpy(inputs[0])), "own", inputs.tolist())
+    module = module_of(function, torch.from_numpy(inputs[0]))
+    results = called(tmp_path, module, "own", [[row] for row in inputs.tolist()])
     expected = np.stack([function(torch.from_numpy(row)).numpy() for row in inputs])
     assert_allclose(np.array(results, dtype=float), expected, rtol=1e-11, atol=1e-12)
 
@@ -89,7 +90,7 @@ def raises_below_zero(x: Tensor) -> Tensor:
 @needs_node
 def test_beyond_its_conditions_a_recording_is_not_defined(tmp_path):
     module = module_of(raises_below_zero, torch.ones(2, dtype=torch.float64))
-    inside, outside = call_all(tmp_path, module, "own", [[4.0, 9.0], [4.0, -9.0]])
+    inside, outside = called(tmp_path, module, "own", [[[4.0, 9.0]], [[4.0, -9.0]]])
     assert inside == [2, 3]
     assert outside == {"error": "RangeError", "message": "input is beyond where own is defined"}
 
@@ -97,7 +98,7 @@ def test_beyond_its_conditions_a_recording_is_not_defined(tmp_path):
 @needs_node
 def test_bad_input_is_a_range_error(tmp_path):
     module = module_of(torch.sin, torch.ones(2, dtype=torch.float64))
-    results = call(tmp_path, module, [("own", [1.0]), ("own", [1.0, None]), ("own", [[1.0], [2.0]])])
+    results = called(tmp_path, module, "own", [[[1.0]], [[1.0, None]], [[[1.0], [2.0]]]])
     assert [result["message"] for result in results[:2]] == [
         "input has 1 numbers, 2 are needed",
         "input is not finite: it holds NaN or an infinity",
@@ -108,7 +109,7 @@ def test_bad_input_is_a_range_error(tmp_path):
 @needs_node
 def test_numbers_that_are_not_finite_come_out_as_they_are(tmp_path):
     module = module_of(torch.acos, torch.zeros(2, dtype=torch.float64))
-    (result,) = call_all(tmp_path, module, "own", [[1.0, 2.0]])
+    (result,) = called(tmp_path, module, "own", [[[1.0, 2.0]]])
     assert result == [0, "NaN"]
 
 

@@ -10,7 +10,7 @@ from torch import Tensor
 from dexterity import crane
 from dexterity.crane import positioning
 from dexterity.crane.positioning import DescentOptions, Placement, Task
-from dexterity.crane.positioning.javascript import Networks, javascript_module
+from dexterity.crane.positioning.export import Networks, javascript_module
 from dexterity_study.crane.cases import BOX
 from dexterity_study.crane.positioning.experiment import DIRECT, GENETIC, INVERSE, MODULAR, trained
 from dexterity_study.page.instrument import Choice, Drawing, Instrument, Readout, Slider, script_beside
@@ -52,7 +52,7 @@ def placements(task: Task, own: Networks) -> dict[str, Placement]:
     }
 
 
-def strokes_and_payload(seed: int = 0, epochs: int = 100) -> Instrument:
+def instrument(seed: int = 0, epochs: int = 100) -> Instrument:
     """Return an instrument for the crane's strokes and payload, with the networks of a seed."""
     own, machine = networks(seed, epochs), crane.patu655()
     names = ("lift stroke s₁", "jib stroke s₂", "extension s₃")

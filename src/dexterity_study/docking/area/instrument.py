@@ -10,10 +10,11 @@ from torch import Tensor
 from dexterity import docking
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
-from dexterity.docking.javascript import javascript_module
+from dexterity.docking.export import javascript_module
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.docking import cases
 from dexterity_study.docking.area.experiment import control_points, elbow_of
+from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.instrument import Choice, Drawing, Instrument, Readout, Slider, script_beside
 
 PER_SIDE = 41
@@ -28,7 +29,7 @@ def problems() -> dict[str, DockingProblem]:
     return {f"{name} arm": cases.problem_of(control_points.reading(key)) for name, key in cases.ARMS.items()}
 
 
-def docking_pose() -> Instrument:
+def instrument() -> Instrument:
     """Return an instrument for the pose of the vehicle, x, y, z and heading of the arm's base in G."""
     lower, upper = problems()["stated arm"].lower.tolist(), problems()["stated arm"].upper.tolist()
     steps = {"x": 0.01, "y": 0.01, "z": 0.005, "heading": torch.pi / 180}
@@ -87,10 +88,11 @@ def docking_pose() -> Instrument:
 def presets() -> dict[str, dict[str, float | str]]:
     """Return poses of the paper, the best one, and one that has a dead spot between good corners."""
     stated = problems()["stated arm"]
+    best = Evidence("docking.search")["optimum"].where()[["x", "y", "z", "psi"]]
     found = {
         "First run of the paper": cases.printed_poses()[0],
         "Ill-placed pose of the paper": cases.printed("ill-placed-pose"),
-        "Best pose": docking.global_docking(stated, [0.1, 0.1, 0.05, 0.2]).pose,
+        "Best pose": torch.tensor(best.iloc[0].tolist(), dtype=torch.float64),
         "Good corners, dead spot": dead_spot(stated),
     }
     return {name: dict(zip(_NAMES, pose.tolist(), strict=True)) | {"arm": "stated arm"} for name, pose in found.items()}

@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
-from node_calls import call_all, needs_node
 from numpy.testing import assert_allclose
+from run_in_node import called, needs_node
 from torch import Tensor
 
 from dexterity import crane
 from dexterity.crane import TrainingSet, positioning
 from dexterity.crane.positioning import DescentOptions, Placement, Task
-from dexterity.crane.positioning.javascript import Networks, javascript_module, task_at
+from dexterity.crane.positioning.export import Networks, javascript_module, task_at
 from dexterity.crane.shape import bars
 
 CRANE = crane.patu655()
@@ -51,9 +51,9 @@ def payload(rng) -> Tensor:
     return torch.from_numpy(rng.uniform(0, CRANE.rating, 200))
 
 
-def rows(*parts: Tensor) -> list[list[float]]:
-    """Inputs of a function, numbers of several tensors side by side."""
-    return torch.cat([part.reshape(len(part), -1) for part in parts], dim=1).tolist()
+def rows(*parts: Tensor) -> list[list[list[float]]]:
+    """Calls of a function with one array each, numbers of several tensors side by side."""
+    return [[row] for row in torch.cat([part.reshape(len(part), -1) for part in parts], dim=1).tolist()]
 
 
 def of_task(task: Task) -> Tensor:
@@ -62,16 +62,16 @@ def of_task(task: Task) -> Tensor:
 
 @needs_node
 def test_the_rigid_tip_and_the_task(tmp_path, strokes, payload):
-    results = call_all(tmp_path, module(), "tip", strokes.tolist())
+    results = called(tmp_path, module(), "tip", rows(strokes))
     assert_allclose(results, crane.tip_position(strokes), rtol=1e-11, atol=1e-12)
-    results = call_all(tmp_path, module(), "task", rows(strokes, payload))
+    results = called(tmp_path, module(), "task", rows(strokes, payload))
     assert_allclose(results, of_task(task_at(strokes, payload, CRANE)), rtol=1e-11, atol=1e-12)
 
 
 @needs_node
 def test_bars_bend_as_the_structure_does(tmp_path, strokes, payload):
     inputs = rows(strokes, payload, torch.full_like(payload, 10.0))
-    results = np.array(call_all(tmp_path, module(), "bars", inputs))
+    results = np.array(called(tmp_path, module(), "bars", inputs))
     shape = bars(strokes)
     assert_allclose(results[:, 0], shape.ends, rtol=1e-11, atol=1e-12)
     assert_allclose(results[:, 1], shape.loaded(payload, 10.0), rtol=1e-9, atol=1e-11)
@@ -85,7 +85,7 @@ def test_strokes_for_a_place_of_the_tip(tmp_path, strokes):
         # The least extension leaves the arms folded or stretched: strokes vary as the root of a rounding error.
         ("leastReach", rows(tip), crane.inverse(tip), 1e-7),
     ):
-        results = np.array(call_all(tmp_path, module(), name, inputs), dtype=float)
+        results = np.array(called(tmp_path, module(), name, inputs), dtype=float)
         assert_allclose(results[:, :3], reach.strokes, rtol=0, atol=atol)
         assert_allclose(crane.tip_position(results[reach.reached, :3]), tip[reach.reached], rtol=0, atol=1e-9)
         assert_allclose(results[:, 3], reach.within_limits)
@@ -97,7 +97,7 @@ def test_the_driven_crane_is_where_statics_has_it(tmp_path, rng, strokes, payloa
     told = strokes + torch.from_numpy(rng.uniform(-0.1, 0.1, (200, 3)))
     one = torch.ones(200, dtype=torch.long)
     missed = positioning.errors(task, Placement(told, one.bool(), one))
-    results = np.array(call_all(tmp_path, module(), "driven", rows(of_task(task), told)))
+    results = np.array(called(tmp_path, module(), "driven", rows(of_task(task), told)))
     assert_allclose(results[:, :2], task.targets - missed.each, rtol=1e-10, atol=1e-11)
     assert_allclose(results[:, 2], missed.stopped)
 
@@ -111,7 +111,7 @@ def test_networks_answer_as_they_do_in_the_package(tmp_path, strokes, payload, n
         "modular": lambda: positioning.descend(task, own.modular, own.modular_options),
         "inverseNetwork": lambda: positioning.by_inverse_network(task, own.inverse),
     }[name]()
-    results = np.array(call_all(tmp_path, module(), name, rows(of_task(task))))
+    results = np.array(called(tmp_path, module(), name, rows(of_task(task))))
     assert_allclose(results, placement.strokes, rtol=1e-9, atol=1e-9)
 
 
@@ -119,7 +119,7 @@ def test_networks_answer_as_they_do_in_the_package(tmp_path, strokes, payload, n
 def test_aiming_off_is_defined_where_the_package_has_it_and_the_same_there(tmp_path, strokes, payload):
     sag, answered = positioning.network_sag(networks().correction), 0
     inputs = rows(of_task(task_at(strokes, payload, CRANE)))
-    for i, result in enumerate(call_all(tmp_path, module(), "compensation", inputs)):
+    for i, result in enumerate(called(tmp_path, module(), "compensation", inputs)):
         task = task_at(strokes[i : i + 1], payload[i : i + 1], CRANE)
         if isinstance(result, dict):
             assert result["error"] == "RangeError"

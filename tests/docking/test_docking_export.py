@@ -4,12 +4,12 @@ import math
 
 import pytest
 import torch
-from node_calls import call_all, needs_node
 from numpy.testing import assert_allclose, assert_array_equal
+from run_in_node import called, needs_node
 
 from dexterity import docking, robots, spatial
 from dexterity.docking import DockingProblem
-from dexterity.docking.javascript import javascript_module
+from dexterity.docking.export import javascript_module
 
 PROBLEMS = {
     "stated": DockingProblem(robots.docking_arm()),
@@ -34,9 +34,10 @@ def test_values_are_those_of_the_problem(tmp_path, poses, name):
         "distance": problem.distance(poses),
         "fitness": problem.fitness(poses),
     }.items():
-        results = call_all(tmp_path, module, function, poses.tolist())
+        results = called(tmp_path, module, function, [[pose] for pose in poses.tolist()])
         assert_allclose(results, expected, rtol=1e-11, atol=1e-14)
-    assert_array_equal(call_all(tmp_path, module, "allows", poses.tolist()), problem.allows(poses))
+    allowed = called(tmp_path, module, "allows", [[pose] for pose in poses.tolist()])
+    assert_array_equal(allowed, problem.allows(poses))
 
 
 @needs_node
@@ -44,8 +45,8 @@ def test_values_are_those_of_the_problem(tmp_path, poses, name):
 def test_w_at_a_point_is_the_largest_of_the_branches(tmp_path, rng, poses, name):
     problem = PROBLEMS[name]
     points = torch.from_numpy(rng.uniform(-0.4, 0.4, (200, 3))) * torch.tensor([1.0, 1.0, 0.2])
-    inputs = [[pose, point] for pose, point in zip(poses.tolist(), points.tolist(), strict=True)]
-    results = call_all(tmp_path, javascript_module(problem), "manipulability", inputs)
+    inputs = [[[pose, point]] for pose, point in zip(poses.tolist(), points.tolist(), strict=True)]
+    results = called(tmp_path, javascript_module(problem), "manipulability", inputs)
     expected = torch.cat([
         docking.largest_manipulability(problem.arm, pose, point[None])
         for pose, point in zip(poses, points, strict=True)
@@ -57,8 +58,8 @@ def test_w_at_a_point_is_the_largest_of_the_branches(tmp_path, rng, poses, name)
 @needs_node
 def test_a_point_of_the_base_is_placed(tmp_path, rng, poses):
     points = torch.from_numpy(rng.standard_normal((200, 3)))
-    inputs = [[pose, point] for pose, point in zip(poses.tolist(), points.tolist(), strict=True)]
-    results = call_all(tmp_path, javascript_module(PROBLEMS["stated"]), "placed", inputs)
+    inputs = [[[pose, point]] for pose, point in zip(poses.tolist(), points.tolist(), strict=True)]
+    results = called(tmp_path, javascript_module(PROBLEMS["stated"]), "placed", inputs)
     assert_allclose(results, spatial.apply(docking.base_pose(poses), points), rtol=1e-12, atol=1e-12)
 
 
