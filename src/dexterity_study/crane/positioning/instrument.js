@@ -43,8 +43,7 @@ export function draw(outputs, inputs, { stages: { side, near }, data, modules: {
   const tip = loaded[parts.lastIndexOf("extension", parts.indexOf("cylinders"))][1];
   side.line([target, tip], "vermillion", { width: 1.5, dash: "4 3" });
   side.dot(tip, "vermillion", 3 + Math.sqrt(inputs.payload) / 4);
-  side.text([side.extent[0], side.extent[2]], `sag drawn ${inputs.magnified}`, { anchor: "start", right: 10, down: -12 });
-  side.ruler(1, "");
+  side.ruler(1, `1 m; sag drawn ${inputs.magnified}`);
   side.handle("tip", target);
 
   const reached = Object.values(outputs.misses).filter(Boolean).map(miss => Math.hypot(...miss));
@@ -59,7 +58,6 @@ export function draw(outputs, inputs, { stages: { side, near }, data, modules: {
   for (const [name, miss] of Object.entries(outputs.misses)) {
     if (miss) point(near, miss, ring, COLORS[name], data.methods[name][0]);
   }
-  near.text([-1.2, -1.2], "0: not compensated", { anchor: "start", color: "muted" });
 }
 
 export function drag(handle, position, inputs, { modules: { crane } }) {

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 
 import torch
-from torch import Tensor
 
 from dexterity import crane
 from dexterity.crane import positioning
@@ -86,10 +85,10 @@ def instrument(seed: int = 0, epochs: int = 100) -> Instrument:
         drawings=[
             Drawing(
                 "side",
-                "Side view: grey the rigid crane, black the loaded one with its sag magnified",
+                "Side view: the rigid crane (thin) and the loaded one, its sag magnified",
                 (left - 1.2, right + 1.2, bottom - 0.6, top + 0.6),
             ),
-            Drawing("near", "Around the target: where the loaded tip ends", (-1.25, 1.25, -1.25, 1.25)),
+            Drawing("near", "Around the target: where the loaded tip ends without compensation (0) and by methods 1 to 4", (-1.25, 1.25, -1.25, 1.25)),
         ],
         modules={"crane": javascript_module(machine, own)},
         script=script_beside(__package__),
@@ -99,13 +98,13 @@ def instrument(seed: int = 0, epochs: int = 100) -> Instrument:
 
 
 def presets(own: Networks) -> dict[str, dict[str, float]]:
-    """Return test points: of middle sag, of the largest sag, and the worst one for each method."""
+    """Return test points of the thesis: of the largest sag, of middle sag, and the worst one of each method."""
     task, machine = positioning.thesis_task(), crane.patu655()
     strokes = crane.inverse(task.targets, crane=machine).strokes
     possible = crane.within_limits(strokes, machine).all(-1)
     sag = crane.deflection(strokes, task.payload, machine).norm(dim=-1).where(possible, torch.nan)
 
-    def at(point: Tensor) -> dict[str, float]:
+    def at(point: int) -> dict[str, float]:
         # Rounding must not put a stroke beyond an end.
         inside = [
             min(max(value, low), high)
@@ -113,11 +112,12 @@ def presets(own: Networks) -> dict[str, dict[str, float]]:
         ]
         return dict(zip(_STROKES, inside, strict=True)) | {"payload": task.payload[point].item()}
 
-    chosen = {
-        "Test point of middle sag": at((sag - sag.nanmedian()).abs().nan_to_num(torch.inf).argmin()),
-        "Of largest sag": at(sag.nan_to_num(0.0).argmax()),
-    }
+    worst: dict[int, list[str]] = {}
     for name, placement in placements(task, own).items():
-        missed = positioning.errors(task, placement).distance.where(possible, 0.0)
-        chosen[f"Worst for {METHODS[name].split(maxsplit=1)[0]}"] = at(missed.argmax())
-    return chosen
+        point = positioning.errors(task, placement).distance.where(possible, 0.0).argmax()
+        worst.setdefault(int(point), []).append(METHODS[name][0])
+    return {
+        "Largest sag": at(int(sag.nan_to_num(0.0).argmax())),
+        "Middle sag": at(int((sag - sag.nanmedian()).abs().nan_to_num(torch.inf).argmin())),
+        **{f"Worst of method {' and '.join(methods)}": at(point) for point, methods in worst.items()},
+    }

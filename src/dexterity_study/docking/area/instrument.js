@@ -39,9 +39,10 @@ export function draw(outputs, inputs, { stages: { top, area }, data }) {
     area.dot(point, "text", 4);
     area.text(point, name, { right: Math.sign(point[0]) * 12, down: point[1] > 0 ? -6 : 15 });
   }
-  const worst = data.points[outputs.map.indexOf(Math.min(...outputs.map))];
-  area.line(circle(worst, 0.012), "orange", { width: 3, closed: true });
-  area.text([0, -1.13 * data.half], `w up to ${Math.max(...outputs.map).toPrecision(2)} m³ here, ${data.largest[inputs.arm].toPrecision(2)} m³ anywhere`);
+  const smallest = Math.min(...outputs.map), largest = Math.max(...outputs.map);
+  if (smallest > 0) area.line(circle(data.points[outputs.map.indexOf(smallest)], 0.012), "orange", { width: 3, closed: true });
+  const anywhere = data.largest[inputs.arm].toPrecision(2);
+  area.text([0, -1.15 * data.half], `w up to ${largest.toPrecision(2)} m³ here, ${anywhere} m³ anywhere`);
 }
 
 export function drag(handle, [x, y], inputs) {

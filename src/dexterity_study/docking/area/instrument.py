@@ -44,17 +44,17 @@ def instrument() -> Instrument:
     half = DockingProblem.area / 2
     return Instrument(
         title="Docking pose and dexterity over the task area",
-        hint="Drag the vehicle or its bow, or choose a pose. Red is where the arm's manipulability w is zero.",
+        hint="Drag the vehicle or its bow, or choose a pose. Orange is where the arm's manipulability w is zero.",
         controls=[*sliders, Choice("arm", "arm", list(problems()))],
         readouts={
             "Control points": [
-                Readout("area", "area manipulability Mₐ", "m³", floor=1e-9),
-                *(Readout(corner, f"w at {corner}", "m³", floor=1e-9) for corner in cases.CORNERS),
+                Readout("area", "area manipulability Mₐ", "m³"),
+                *(Readout(corner, f"w at {corner}", "m³") for corner in cases.CORNERS),
             ],
             "Whole area": [
                 Readout("dead", "share with w = 0", "%"),
                 Readout("place", "middle of it (x, y)"),
-                Readout("median", "median w", "m³", floor=1e-9),
+                Readout("median", "median w", "m³"),
             ],
             "Docking": [
                 Readout("distance", "distance D", "m"),
@@ -63,10 +63,10 @@ def instrument() -> Instrument:
             ],
         },
         drawings=[
-            Drawing("top", "Top view: block, task area, vehicle (blue) with its bow", (-1.6, 1.1, -1.6, 1.1)),
+            Drawing("top", "Top view: block (grey), task area, and the vehicle with the foot of its arm (blue)", (-1.6, 1.1, -1.6, 1.1)),
             Drawing(
                 "area",
-                "Task area: the darker, the larger w; red: w = 0; ring: smallest w of the map",
+                "Task area: the darker the green, the larger w; orange where w = 0; ring where w is smallest, if it is not 0",
                 (-1.2 * half, 1.2 * half, -1.2 * half, 1.2 * half),
             ),
         ],
