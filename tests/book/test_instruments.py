@@ -1,6 +1,5 @@
 """Live instruments in the built pages: the package's numbers, drawn in time, by mouse, keyboard and touch."""
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager

@@ -22,16 +22,16 @@ from dexterity_study.workspace.puma.experiment import LINKS
 NETWORKS: Mapping[str, Inputs] = {"plane": "plane", "rotation": "rotation"}
 """What each network sees, by its name in the script."""
 
-CHOICES = ("network of links, distance and height", "network of links, position and rotation")
+CHOICES = ("plane network", "rotation network")
 """Names of the networks, in the order of :data:`NETWORKS`."""
 
 ROWS, EPOCHS = 100_000, 12
 """Samples and passes that each network is trained with when the page is made."""
 
-EXTENT = (-0.5, 0.95, -0.95, 0.95)
+EXTENT = (-0.48, 0.96, -0.96, 0.96)
 """Section that is shown: distance from the first axis, and height above its foot [m]."""
 
-CELL = 0.05
+CELL = 0.04
 """Side of the cells in which rule and network are compared [m]."""
 
 THRESHOLD = 0.5
@@ -42,32 +42,43 @@ def instrument() -> Instrument:
     """Return the instrument, with both networks trained now."""
     return Instrument(
         title="What an arm reaches: the exact rule and two networks",
-        hint="Drag the tool in the section, or change the arm and the pose. Where do rule and network disagree?",
+        hint="Drag the tool, or change the arm and the pose. The plane network takes links, distance from axis 1 and height; "
+        "the rotation network takes links, position and rotation matrix.",
         controls=[
-            *(Slider(name, label, "m", 0.0, 0.6, 0.005, start) for name, label, start in zip(LINK_NAMES, ("d₃", "d₄", "a₂", "a₃"), LINKS, strict=True)),
-            Slider("radius", "distance from axis 1", "m", 0.0, EXTENT[1], 0.005, 0.3),
+            *(
+                Slider(name, label, "m", 0.0, 0.6, 0.005, start)
+                for name, label, start in zip(LINK_NAMES, ("d₃", "d₄", "a₂", "a₃"), LINKS, strict=True)
+            ),
+            Slider("radius", "distance", "m", 0.0, EXTENT[1], 0.005, 0.3),
             Slider("height", "height", "m", EXTENT[2], EXTENT[3], 0.005, 0.2),
             Slider("azimuth", "azimuth", "°", -math.pi, math.pi, math.radians(1), 0.0),
-            *(Slider(f"turn{axis}", f"tool about {axis}", "°", -math.pi, math.pi, math.radians(1), 0.0) for axis in "xyz"),
-            Choice("network", "shown", CHOICES),
+            *(
+                Slider(f"turn{axis}", f"tool {axis}", "°", -math.pi, math.pi, math.radians(1), 0.0)
+                for axis in "xyz"
+            ),
+            Choice("network", "map of", CHOICES),
         ],
         readouts={
             "Exact rule": [
                 Readout("reach", "in reach"),
-                Readout("margin", "margin of the rule", "m²", digits=2),
-                Readout("w", "w of the branch left, up, no flip", "m³", digits=3),
+                Readout("margin", "margin", "m²", digits=2),
+                Readout("w", "w (left, up, no flip)", "m³"),
             ],
-            "Networks": [
-                *(Readout(name, f"{title}: confidence", "%") for name, title in zip(NETWORKS, CHOICES, strict=True)),
-                Readout("trained", "in the trained space"),
+            "Confidence": [
+                *(Readout(name, title, "%") for name, title in zip(NETWORKS, CHOICES, strict=True)),
+                Readout("trained", "trained for it"),
             ],
-            "Section": [
-                Readout("invented", "red: in reach by the network only", "%", digits=2),
-                Readout("missed", "black: in reach by the rule only", "%", digits=2),
+            "Map, cells in the trained space": [
+                Readout("invented", "red: network only", "%", digits=2),
+                Readout("missed", "black: rule only", "%", digits=2),
             ],
         },
         drawings=[
-            Drawing("section", "Section through axis 1 and the tool; blue: in reach; dashed: trained space", EXTENT),
+            Drawing(
+                "section",
+                "Section through axis 1 and the tool. Blue: in reach by both; red: by the network only; black: by the rule only; dashed: trained space",
+                EXTENT,
+            ),
         ],
         modules={
             "arm": export.javascript_module(),
@@ -90,6 +101,7 @@ def instrument() -> Instrument:
 
 def presets() -> Mapping[str, Mapping[str, float]]:
     """Return arms and poses to begin with; the edge is where the PUMA's rule has its margin of zero."""
+
     def of(links: tuple[float, ...], radius: float, height: float) -> dict[str, float]:
         return {**dict(zip(LINK_NAMES, links, strict=True)), "radius": radius, "height": height}
 
