@@ -27,8 +27,8 @@ ROUNDING = 1e-9
 def javascript_module(guarded: Guarded) -> str:
     """Return an ECMAScript module that tests for which configurations a network was trained.
 
-    It exports ``contains(q)``, and ``leaving(q)``, which returns the coordinates, from 0, that are outside; for
-    a :class:`~dexterity.sampling.Box` they are joints.
+    It exports ``contains(q)``, and ``leaving(q)``, which returns the coordinates, from 0, that are outside.
+    For a :class:`~dexterity.sampling.Box` they are joints.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def space_module(space: Space) -> str:
 def coordinates(space: Space) -> tuple[Program, Box]:
     """Return the coordinates of a space as a program of the joint values, and the limits of all of them.
 
-    The coordinates of a box are its joints; those of a sector begin with distance, azimuth and elevation of the
-    arm's base as seen from the task point.
+    The coordinates of a box are its joints. Those of a sector begin with distance, azimuth and elevation of
+    the arm's base as seen from the task point.
 
     Raises
     ------

@@ -95,7 +95,7 @@ def best(name: str) -> list[float]:
         unit = torch.tensor(u, requires_grad=True)
         value = -index(space.from_unit(unit))
         value.backward()
-        return float(value), unit.grad.numpy()  # type: ignore[union-attr]
+        return value.item(), unit.grad.numpy()  # type: ignore[union-attr]
 
     q = sampling.sobol(space, SAMPLES, 0)
     start = space.to_unit(q[int(index(q).argmax())]).numpy().clip(0, 1)

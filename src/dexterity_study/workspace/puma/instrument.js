@@ -19,8 +19,16 @@ function centres({ extent: [left, right, bottom, top], cell }) {
   return { xs: between(left, right), ys: between(bottom, top) };
 }
 
-// What rule and network say of the cells of the section, row by row.
-function section(inputs, { modules, data }) {
+let last = { key: "", map: null };
+
+// What rule and network say of the cells of the section, row by row; it does not depend on where the tool is.
+function section({ radius, height, ...inputs }, context) {
+  const key = JSON.stringify(inputs);
+  if (last.key !== key) last = { key, map: classified(inputs, context) };
+  return last.map;
+}
+
+function classified(inputs, { modules, data }) {
   const links = linksOf(inputs, data), { xs, ys } = centres(data), network = modules[data.networks[inputs.network]];
   const turned = pose(inputs, 0, 0, modules), truth = [], guess = [], trained = [];
   for (const height of ys) {

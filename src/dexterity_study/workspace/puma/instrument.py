@@ -19,19 +19,16 @@ from dexterity.workspace.reachability import LINK_NAMES
 from dexterity_study.page.instrument import Choice, Drawing, Instrument, Readout, Slider, script_beside
 from dexterity_study.workspace.puma.experiment import LINKS
 
-NETWORKS: Mapping[str, Inputs] = {"plane": "plane", "rotation": "rotation"}
-"""What each network sees, by its name in the script."""
+NETWORKS: Mapping[str, tuple[Inputs, int, int]] = {
+    "plane network": ("plane", 60_000, 10),
+    "rotation network": ("rotation", 160_000, 14),
+}
+"""What each network takes, and the samples and epochs that it is trained with when the page is made."""
 
-CHOICES = ("plane network", "rotation network")
-"""Names of the networks, in the order of :data:`NETWORKS`."""
-
-ROWS, EPOCHS = 100_000, 12
-"""Samples and passes that each network is trained with when the page is made."""
-
-EXTENT = (-0.48, 0.96, -0.96, 0.96)
+EXTENT = (-0.45, 0.95, -0.95, 0.95)
 """Section that is shown: distance from the first axis, and height above its foot [m]."""
 
-CELL = 0.04
+CELL = 0.05
 """Side of the cells in which rule and network are compared [m]."""
 
 THRESHOLD = 0.5
@@ -56,7 +53,7 @@ def instrument() -> Instrument:
                 Slider(f"turn{axis}", f"tool {axis}", "°", -math.pi, math.pi, math.radians(1), 0.0)
                 for axis in "xyz"
             ),
-            Choice("network", "map of", CHOICES),
+            Choice("network", "map of", list(NETWORKS)),
         ],
         readouts={
             "Exact rule": [
@@ -65,7 +62,7 @@ def instrument() -> Instrument:
                 Readout("w", "w (left, up, no flip)", "m³"),
             ],
             "Confidence": [
-                *(Readout(name, title, "%") for name, title in zip(NETWORKS, CHOICES, strict=True)),
+                *(Readout(inputs, title, "%") for title, (inputs, _, _) in NETWORKS.items()),
                 Readout("trained", "trained for it"),
             ],
             "Map, cells in the trained space": [
@@ -84,12 +81,12 @@ def instrument() -> Instrument:
             "arm": export.javascript_module(),
             "free": pose.javascript_module(free_body()),
             "space": domain_export.space_module(trained_space()),
-            **{name: export.confidence_module(confidence(name)) for name in NETWORKS},
+            **{NETWORKS[title][0]: export.confidence_module(confidence(title)) for title in NETWORKS},
         },
         script=script_beside(__package__),
         presets=presets(),
         data={
-            "networks": dict(zip(CHOICES, NETWORKS, strict=True)),
+            "networks": {title: inputs for title, (inputs, _, _) in NETWORKS.items()},
             "links": LINK_NAMES,
             "threshold": THRESHOLD,
             "extent": EXTENT,
@@ -128,11 +125,12 @@ def trained_space() -> sampling.Box:
 
 
 @cache
-def confidence(name: str) -> Confidence:
-    """Train a network as in the chapter, smaller and with fewer samples, and return its confidence."""
-    jacobians = dataset.jacobian_data(5_000, seed=2, dynamics=False)
+def confidence(title: str) -> Confidence:
+    """Train one of :data:`NETWORKS`, smaller than in the chapter and with fewer samples; return its confidence."""
+    inputs, samples, epochs = NETWORKS[title]
     architecture = Architecture(confidence=(64, 64), estimation=())
-    network = training.network_for(architecture, NETWORKS[name], "tool", jacobians, seed=0)
-    rows = training.confidence_rows(network, dataset.confidence_data(ROWS, seed=1))
-    options = training.Options(training.epochs(confidence=EPOCHS), rate=3e-3, batch=512, validation=0.02)
+    jacobians = dataset.jacobian_data(5_000, seed=2, dynamics=False)  # the scaling is fitted to them
+    network = training.network_for(architecture, inputs, "tool", jacobians, seed=0)
+    rows = training.confidence_rows(network, dataset.confidence_data(samples, seed=1))
+    options = training.Options(training.epochs(confidence=epochs), rate=3e-3, batch=512, validation=0.02)
     return Confidence.of(training.train(network, {"confidence": rows}, options, seed=0).network)
