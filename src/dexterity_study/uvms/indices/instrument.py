@@ -44,9 +44,9 @@ def instrument() -> Instrument:
             "Manipulability w": _readouts("w"),
             "KCI about the world origin": _readouts("kci"),
             "KCI about the tool": [Readout("kciTool", "exact", digits=4)],
-            "Task": [
+            f"Task, among {SAMPLES:,} samples": [
                 Readout("taskIndex", "its index"),
-                Readout("taskRank", f"better than, of {SAMPLES:,}", "%"),
+                Readout("taskRank", "better than", "%"),
             ],
         },
         drawings=[
@@ -135,7 +135,7 @@ def _readouts(name: str) -> list[Readout]:
             Readout(f"{name}{kind}", title, digits=4),
             Readout(f"{name}{kind}Error", "its error", "%", digits=2, floor=1e-5),
         ]
-    return [*shown, Readout(f"{name}Inside", "trained for it")]
+    return [*shown, Readout(f"{name}Inside", "in trained space")]
 
 
 def _modules() -> dict[str, str]:

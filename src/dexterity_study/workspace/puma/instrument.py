@@ -59,15 +59,15 @@ def instrument() -> Instrument:
             "Exact rule": [
                 Readout("reach", "in reach"),
                 Readout("margin", "margin", "m²", digits=2),
-                Readout("w", "w (left, up, no flip)", "m³"),
+                Readout("w", "w", "m³"),
             ],
             "Confidence": [
                 *(Readout(inputs, title, "%") for title, (inputs, _, _) in NETWORKS.items()),
-                Readout("trained", "trained for it"),
+                Readout("trained", "in trained space"),
             ],
-            "Map, cells in the trained space": [
-                Readout("invented", "red: network only", "%", digits=2),
-                Readout("missed", "black: rule only", "%", digits=2),
+            "Map, within the trained space": [
+                Readout("invented", "network only", "%", digits=2),
+                Readout("missed", "rule only", "%", digits=2),
             ],
         },
         drawings=[
