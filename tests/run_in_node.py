@@ -1,4 +1,4 @@
-"""ECMAScript modules run by node: their exported functions called with arguments, one call after the other."""
+"""ECMAScript modules run by node: their exported functions called with arguments, one after the other."""
 
 import json
 import shutil
@@ -16,7 +16,8 @@ import { readFileSync } from "node:fs";
 import * as module from "./module.mjs";
 
 const { name, calls } = JSON.parse(readFileSync(0, "utf8"));
-const numbers = (value) => (Array.isArray(value) ? value.map(numbers) : typeof value === "string" ? Number(value) : value);
+const number = (value) => (typeof value === "string" ? Number(value) : value);
+const numbers = (value) => (Array.isArray(value) ? value.map(numbers) : number(value));
 const texts = (value) => (Array.isArray(value) ? value.map(texts) : Number.isNaN(value) ? "NaN" : value);
 const answers = calls.map((call) => {
   try {
@@ -30,7 +31,7 @@ console.log(JSON.stringify({ about: module.about, answers }));
 
 
 def called(folder: Path, source: str, name: str, calls: Sequence[Sequence[Any]]) -> list[Any]:
-    """Answer of a module's function to each call; texts stand for NaN and infinities, which JSON does not know."""
+    """Answer of a module's function to each call; texts stand for NaN and infinities, as JSON has none."""
     (folder / "module.mjs").write_text(source, encoding="utf-8")
     (folder / "call.mjs").write_text(_CALLER, encoding="utf-8")
     run = subprocess.run(

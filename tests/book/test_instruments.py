@@ -1,6 +1,5 @@
 """Live instruments in the built pages: the package's numbers, drawn in time, by mouse, keyboard and touch."""
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -110,7 +109,10 @@ def _puma_cases() -> tuple[list[Inputs], Mapping[str, Any]]:
         "trained": [
             "yes" if x else "no" for x in puma.trained_space().contains(torch.cat([links, T[:, :3, 3]], -1))
         ],
-        **{name: puma.confidence(name)(links, T).tolist() for name in puma.NETWORKS},
+        **{
+            inputs: puma.confidence(title)(links, T).tolist()
+            for title, (inputs, _, _) in puma.NETWORKS.items()
+        },
     }
 
 

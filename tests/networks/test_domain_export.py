@@ -31,7 +31,9 @@ def around(space: sampling.Space, rng: np.random.Generator) -> np.ndarray:
 def test_inside_is_what_the_guard_says(tmp_path, rng, name, turned):
     guarded = guard(name, turned)
     q = around(guarded.space, rng)
-    answers = called(tmp_path, domain_export.javascript_module(guarded), "contains", [[row] for row in q.tolist()])
+    answers = called(
+        tmp_path, domain_export.javascript_module(guarded), "contains", [[row] for row in q.tolist()]
+    )
     wanted = guarded.contains(q).tolist()
     assert answers == wanted
     assert 100 < sum(wanted) < len(wanted) - 100
@@ -42,7 +44,9 @@ def test_joints_that_leave_are_named(tmp_path):
     guarded, q = guard(INDICES[0]), np.zeros((3, 12))
     q[0, [4, 9]] = 0.5
     q[1, 0] = 7  # the index does not depend on where the vehicle is
-    answers = called(tmp_path, domain_export.javascript_module(guarded), "leaving", [[row] for row in q.tolist()])
+    answers = called(
+        tmp_path, domain_export.javascript_module(guarded), "leaving", [[row] for row in q.tolist()]
+    )
     assert answers == [[4, 9], [], []]
 
 
@@ -50,7 +54,12 @@ def test_joints_that_leave_are_named(tmp_path):
 def test_a_held_joint_of_a_space_alone_is_not_free(tmp_path):
     space = Box([0.0, 1.0], [1.0, 1.0])
     calls = [[[0.5, 1.0]], [[0.5, 1.1]], [[1.0, 1.0 + 1e-10]], [[1.1, 1.0]]]
-    assert called(tmp_path, domain_export.space_module(space), "contains", calls) == [True, False, True, False]
+    assert called(tmp_path, domain_export.space_module(space), "contains", calls) == [
+        True,
+        False,
+        True,
+        False,
+    ]
 
 
 class Elsewhere:

@@ -27,11 +27,13 @@ def pairs(links, T) -> list[list[list[object]]]:
     return [[[a, b]] for a, b in zip(links.tolist(), T.tolist(), strict=True)]
 
 
-def network(inputs, architecture: Architecture = Architecture(confidence=(9, 8), estimation=())) -> JacobianNet:
+def network(inputs, architecture: Architecture) -> JacobianNet:
     jacobians = dataset.jacobian_data(400, 2, dynamics=inputs == "columns")
     made = training.network_for(architecture, inputs, "tool", jacobians, seed=0)
     rows = training.confidence_rows(made, dataset.confidence_data(2_000, 1, dynamics=inputs == "columns"))
-    return training.train(made, {"confidence": rows}, training.Options(training.epochs(2), batch=64), seed=0).network
+    return training.train(
+        made, {"confidence": rows}, training.Options(training.epochs(2), batch=64), seed=0
+    ).network
 
 
 @needs_node
@@ -57,7 +59,9 @@ def test_margins_are_zero_on_the_borders(tmp_path):
 
 @needs_node
 @pytest.mark.parametrize("branch", [BRANCHES[0], BRANCHES[5]])
-@pytest.mark.parametrize(("part", "shape"), [("cosines", (6,)), ("sines", (6,)), ("jacobian", (6, 6)), ("manipulability", ())])
+@pytest.mark.parametrize(
+    ("part", "shape"), [("cosines", (6,)), ("sines", (6,)), ("jacobian", (6, 6)), ("manipulability", ())]
+)
 def test_a_branch_is_that_of_torch(tmp_path, branch, part, shape):
     links, T = drawn(300)
     answers = np.array(called(tmp_path, export.javascript_module(branch), part, pairs(links, T)), dtype=float)
@@ -75,12 +79,13 @@ def test_origins_are_those_of_the_frames(tmp_path, branch):
     assert_allclose(np.array(answers), wanted, rtol=0, atol=1e-12)
 
 
+PLAIN = Architecture(confidence=(9, 8), estimation=())
 WITH_ALL = Architecture((12, 10), (9, 8), (), normalised=(1, 1), dropout=0.2)
 
 
 @needs_node
 @pytest.mark.parametrize("inputs", ["rotation", "plane"])
-@pytest.mark.parametrize("architecture", [Architecture(confidence=(9, 8), estimation=()), WITH_ALL], ids=["plain", "all"])
+@pytest.mark.parametrize("architecture", [PLAIN, WITH_ALL], ids=["plain", "all"])
 def test_confidence_is_that_of_the_network(tmp_path, inputs, architecture):
     trained = network(inputs, architecture)
     confidence, (links, T) = Confidence.of(trained), drawn(300)
@@ -93,4 +98,4 @@ def test_confidence_is_that_of_the_network(tmp_path, inputs, architecture):
 
 def test_a_network_of_more_than_a_pose_is_refused():
     with pytest.raises(ValueError, match=r"^network sees 'relevant'; 'rotation' and 'plane' can be exported"):
-        Confidence.of(network("relevant"))
+        Confidence.of(network("relevant", PLAIN))

@@ -1,14 +1,15 @@
 """ECMAScript modules of any straight-line programs: each program becomes one exported function of numbers.
 
-Whatever is recorded as a :class:`dexterity.program.Program` can be used in a page or in node this way, without a
-second copy of its formulas:
+A :class:`dexterity.program.Program` can be used in a page or in node this way, without a second copy of its
+formulas:
 
 >>> import sympy
 >>> from dexterity.program import Recorder
 >>> x, y = sympy.symbols("x y", real=True)
 >>> record = Recorder()
 >>> program = record.program((x, y), [sympy.sqrt(x**2 + y**2)])
->>> source = program_module(["A length."], {}, {"distance": Exported(program, (), "Distance from the origin [m].")})
+>>> distance = Exported(program, (), "Distance from the origin [m].")
+>>> source = program_module(["A length."], {}, {"distance": distance})
 >>> "export function distance(input)" in source
 True
 """

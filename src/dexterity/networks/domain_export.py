@@ -1,7 +1,7 @@
 """ECMAScript modules that test whether a configuration is inside the space that a network was trained on.
 
-A network alone returns a number anywhere, so that exported code should carry its range of validity along. The test is
-that of :class:`dexterity.networks.domain.Guarded`.
+A network alone returns a number anywhere, so that exported code should carry its range of validity along. The
+test is that of :class:`dexterity.networks.domain.Guarded`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ ROUNDING = 1e-9
 def javascript_module(guarded: Guarded) -> str:
     """Return an ECMAScript module that tests for which configurations a network was trained.
 
-    It exports ``contains(q)``, and ``leaving(q)``, which returns the coordinates, from 0, that are outside; for a
-    :class:`~dexterity.sampling.Box` they are joints.
+    It exports ``contains(q)``, and ``leaving(q)``, which returns the coordinates, from 0, that are outside.
+    For a :class:`~dexterity.sampling.Box` they are joints.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def space_module(space: Space) -> str:
 def coordinates(space: Space) -> tuple[Program, Box]:
     """Return the coordinates of a space as a program of the joint values, and the limits of all of them.
 
-    The coordinates of a box are its joints; those of a sector begin with distance, azimuth and elevation of the arm's
-    base as seen from the task point.
+    The coordinates of a box are its joints. Those of a sector begin with distance, azimuth and elevation of
+    the arm's base as seen from the task point.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def coordinates(space: Space) -> tuple[Program, Box]:
 
 
 def _offset(record: Recorder, space: TaskSector, angles: Sequence[Symbol]) -> list[Expr]:
-    """Vector from the vehicle to the arm's base, turned about x, y and z of the vehicle if the space turns it."""
+    """Vector from the vehicle to the arm's base, turned with the vehicle if the space turns it."""
     x, y, z = map(sympy.Float, space.base_offset)
     if not space.turned:
         return [x, y, z]
@@ -101,6 +101,9 @@ def _module(program: Program, box: Box, free: Sequence[int]) -> str:
     about = {"lower": box.lower, "upper": box.upper, "free": list(free)}
     placed = Exported(program, (box.joints,), "Coordinates of a configuration in the space, [m] and [rad].")
     code = template("space.js.in").substitute(
-        lower=json.dumps(box.lower), upper=json.dumps(box.upper), free=json.dumps(list(free)), rounding=ROUNDING
+        lower=json.dumps(box.lower),
+        upper=json.dumps(box.upper),
+        free=json.dumps(list(free)),
+        rounding=ROUNDING,
     )
     return program_module(lines, about, {"coordinates": placed}, code)

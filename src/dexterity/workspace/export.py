@@ -1,7 +1,8 @@
 """The family of arms of paper C as ECMAScript: what is in reach, one branch, and a network's confidence.
 
-The closed form is printed from the same steps as the C of :mod:`dexterity.workspace.compiled`. A network's confidence
-is computed here and there in double precision, see :class:`Confidence`; torch computes it in single precision.
+The closed form is printed from the same steps as the C of :mod:`dexterity.workspace.compiled`. A network's
+confidence is computed in double precision, see :class:`Confidence`; the network itself computes it in single
+precision.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ def margins() -> Program:
 
     Returns
     -------
-    A program of three numbers [m²], all of them at least 0 if and only if the position is in reach: from the cylinder
-    about the first axis, from the inner sphere about the shoulder, and to the outer one. See
+    A program of three numbers [m²], all of them at least 0 if and only if the position is in reach: from the
+    cylinder about the first axis, from the inner sphere about the shoulder, and to the outer one. See
     :mod:`dexterity.workspace.reachability`.
     """
     d3, d4, a2, a3 = LINKS
@@ -56,8 +57,7 @@ def margins() -> Program:
 
 
 def origins(branch: Branch = NAMED_BRANCH) -> Program:
-    """Record where the frames of the links are on a branch, from :data:`~dexterity.workspace.closed_form.LINKS` and
-    the pose.
+    """Record where the frames of the links are on a branch, from links and pose.
 
     Returns
     -------
@@ -66,7 +66,9 @@ def origins(branch: Branch = NAMED_BRANCH) -> Program:
     solved = derive(branch)
     record = Recorder()
     known = record.follow(solved)
-    cosines, sines = ([x.xreplace(known) for x in solved.outputs[PARTS[name]]] for name in ("cosines", "sines"))
+    cosines, sines = (
+        [x.xreplace(known) for x in solved.outputs[PARTS[name]]] for name in ("cosines", "sines")
+    )
     d3, d4, a2, a3 = LINKS
     x, y, z = ([S(int(i == j)) for j in range(3)] for i in range(3))
     point: list[Expr] = [S.Zero] * 3
@@ -74,7 +76,9 @@ def origins(branch: Branch = NAMED_BRANCH) -> Program:
     lengths = zip((0, 0, d3, d4, 0, 0), (0, a2, a3, 0, 0, 0), TWISTS, strict=True)
     for (d, a, twist), c, s in zip(lengths, cosines, sines, strict=True):
         x, y = _sum(record, x, c, y, s), _sum(record, y, c, x, -s)
-        point = [record(p + record(a * along) + record(d * up)) for p, along, up in zip(point, x, z, strict=True)]
+        point = [
+            record(p + record(a * along) + record(d * up)) for p, along, up in zip(point, x, z, strict=True)
+        ]
         # A twist is a quarter turn about x or none.
         minus = [-value for value in y], [-value for value in z]
         y, z = (y, z) if twist == 0 else (z, minus[0]) if twist > 0 else (minus[1], y)
@@ -89,13 +93,16 @@ def _sum(record: Recorder, a: list[Expr], c: Expr, b: list[Expr], s: Expr) -> li
 def javascript_module(branch: Branch = NAMED_BRANCH) -> str:
     """Return an ECMAScript module of the closed form for all arms of the family.
 
-    It exports ``margins([links, position])`` and ``reachable(links, position)``, and for one branch ``cosines``,
-    ``sines``, ``jacobian``, ``manipulability`` and ``origins`` of ``[links, pose]``. Poses are nested 4 × 4 arrays.
+    It exports ``margins([links, position])`` and ``reachable(links, position)``, and for one branch
+    ``cosines``, ``sines``, ``jacobian``, ``manipulability`` and ``origins`` of ``[links, pose]``. Poses are
+    nested 4 × 4 arrays.
     """
     solved = derive(branch)
     functions = {
         "margins": Exported(margins(), (3,), "Margins of the rule of reach [m^2], of links and a position."),
-        "cosines": Exported(part(solved, "cosines"), (6,), "Cosines of the joint angles, of links and a pose."),
+        "cosines": Exported(
+            part(solved, "cosines"), (6,), "Cosines of the joint angles, of links and a pose."
+        ),
         "sines": Exported(part(solved, "sines"), (6,), "Sines of the joint angles, of links and a pose."),
         "jacobian": Exported(part(solved, "jacobian"), (6, 6), "Geometric Jacobian of the tool point."),
         "manipulability": Exported(part(solved, "manipulability"), (), "Size of its determinant [m^3]."),
@@ -167,7 +174,7 @@ class Confidence:
         return cls(network.inputs, scaling.centre.numpy(), scaling.unit.numpy(), layers)
 
     def __call__(self, links: TensorLike, T_base_tool: TensorLike) -> Float64[Tensor, "*batch"]:
-        """Confidence from 0 to 1 that poses (..., 4, 4) are in reach of arms with these links (..., 4) [m]."""
+        """Confidence from 0 to 1 that poses (..., 4, 4) are in reach of arms with links (..., 4) [m]."""
         links, T = spatial.to_float64(links, "links"), spatial.to_float64(T_base_tool, "T_base_tool")
         batch = torch.broadcast_shapes(links.shape[:-1], T.shape[:-2])
         links, position = links.expand(*batch, 4), T[..., :3, 3].expand(*batch, 3)
@@ -197,7 +204,9 @@ def _layers(parts: list[torch.nn.Module]) -> list[Layer]:
             layers[-1] = Layer(scale[:, None] * last.weights, shifted, last.slope)
         elif isinstance(module, torch.nn.PReLU):
             last = layers[-1]
-            layers[-1] = last._replace(slope=np.broadcast_to(_numbers(module.weight), last.biases.shape).copy())
+            layers[-1] = last._replace(
+                slope=np.broadcast_to(_numbers(module.weight), last.biases.shape).copy()
+            )
     return layers
 
 
@@ -208,7 +217,7 @@ def _numbers(values: Tensor | None) -> Array:
 
 
 def confidence_module(confidence: Confidence) -> str:
-    """Return an ECMAScript module that exports ``confidence(links, pose)``, from 0 to 1; the pose is 4 × 4."""
+    """Return an ECMAScript module that exports ``confidence(links, pose)``; the pose is a 4 × 4 array."""
     code = template("confidence.js.in").substitute(
         plane=json.dumps(confidence.inputs == "plane"),
         centre=confidence.centre.tolist(),

@@ -235,7 +235,9 @@ def script_beside(package: str) -> str:
 def _require_possible(control: Slider | Choice, value: float | str, title: str) -> None:
     if isinstance(control, Choice):
         if value not in control.options:
-            raise ValueError(f"preset {title!r} sets {control.name} to {value!r}, which is none of its options")
+            raise ValueError(
+                f"preset {title!r} sets {control.name} to {value!r}, which is none of its options"
+            )
     elif not (isinstance(value, int | float) and control.lower <= value <= control.upper):
         limits = f"{control.lower} to {control.upper}"
         raise ValueError(f"preset {title!r} sets {control.name} to {value}; its limits are {limits}")

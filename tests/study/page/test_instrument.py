@@ -51,8 +51,14 @@ def test_the_page_names_no_address():
     ("changes", "message"),
     [
         ({"presets": {"far": {"side": 3.0}}}, "preset 'far' sets side to 3.0; its limits are 0.0 to 2.0"),
-        ({"presets": {"odd": {"edge": 1.0}}}, r"preset 'odd' sets 'edge'; the controls are \['side', 'sign'\]"),
-        ({"presets": {"odd": {"sign": "?"}}}, "preset 'odd' sets sign to '\\?', which is none of its options"),
+        (
+            {"presets": {"odd": {"edge": 1.0}}},
+            r"preset 'odd' sets 'edge'; the controls are \['side', 'sign'\]",
+        ),
+        (
+            {"presets": {"odd": {"sign": "?"}}},
+            "preset 'odd' sets sign to '\\?', which is none of its options",
+        ),
         ({"readouts": {"": [Readout("area", "area", "acre")]}}, "area is in 'acre'; "),
         ({"drawings": [INSTRUMENT.drawings[0]] * 2}, r"drawings are \['plan', 'plan'\]; each needs a name"),
         ({"controls": [Slider("side", "side", "m", 0.0, 1.0, 0.1, 2.0)]}, "preset 'start' sets side to 2.0"),

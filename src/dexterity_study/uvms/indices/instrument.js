@@ -55,7 +55,7 @@ export function draw(outputs, inputs, { modules, data, stages }) {
     stage.line([points[6], points[8], points[12]].map(flat), "orange", { width: 5 });
     stage.line([held.wrist, held.tool].map(flat), "text", { width: 3 });
     for (const point of [points[6], points[8], points[12]]) stage.dot(flat(point), "text", 3.5);
-    stage.ruler(0.5, "0.5 m; ellipse: " + 0.5 / data.ellipseScale + " m/s");
+    stage.ruler(0.5, "0.5 m; speeds of the ellipse: " + 0.5 / data.ellipseScale + " m/s");
     for (const grip of ["vehicle", ...Object.keys(view.turns)]) stage.handle(grip, flat(held[grip]));
   }
 }

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 import torch
-from torch import Tensor
+from scipy import optimize
 
 from dexterity import networks, robots, sampling, symbolic, tasks
 from dexterity.codegen import pose
@@ -21,11 +21,14 @@ from dexterity_study.uvms.indices.experiment import MOTIONS
 INDICES = {"w": "manipulability", "kci": "kinematic_conditioning"}
 """Indices by their names in the script."""
 
+TITLES = {"w": "w", "kci": "KCI"}
+"""What the reader calls them."""
+
 KINDS = {"FeedForward": "feed-forward", "RadialBasis": "radial-basis"}
 """Networks by the ends of their names in the script."""
 
 SAMPLES = 1000
-"""Configurations of the trained space among which one is ranked."""
+"""Configurations of the space of KCI's networks among which one is ranked."""
 
 ELLIPSE_SCALE = 0.25
 """Length in the drawing of a speed of 1 m/s [m]."""
@@ -35,15 +38,15 @@ def instrument() -> Instrument:
     """Return the instrument, its presets and ranks computed now."""
     return Instrument(
         title="Dexterity of the vehicle-manipulator: exact indices and networks",
-        hint="Drag a circle in a drawing or move a slider; ↑ and ↓ change from slider to slider, ← and → move one.",
+        hint="Drag a circle in a drawing, move a slider, or begin with a preset. Where do the networks stop being right?",
         controls=[*_sliders(), Choice("task", "task", list(tasks.TASKS))],
         readouts={
             "Manipulability w": _readouts("w"),
-            "KCI about the world's origin": _readouts("kci"),
+            "KCI about the world origin": _readouts("kci"),
             "KCI about the tool": [Readout("kciTool", "exact", digits=4)],
-            "Task": [
-                Readout("taskIndex", "index that counts"),
-                Readout("taskRank", f"better than, of {SAMPLES:,} trained-space configurations", "%"),
+            f"Task, among {SAMPLES:,} samples": [
+                Readout("taskIndex", "its index"),
+                Readout("taskRank", "better than", "%"),
             ],
         },
         drawings=[
@@ -65,20 +68,39 @@ def instrument() -> Instrument:
 
 
 def presets() -> Mapping[str, list[float]]:
-    """Return joint values: reference, best, worst case that a search found for a network, and a singularity."""
-    q = _configurations()
+    """Return joint values: reference, best in the trained space, worst case found for a network, and a singularity."""
     found = {"Reference": [0.0] * 12}
-    for name, values in _sampled().items():
-        found[f"Largest {_title(name)} of {SAMPLES:,}"] = q[int(np.argmax(values))].tolist()
-    for name, index in INDICES.items():
-        shipped = [networks.load_shipped(_file(index, kind)) for kind in KINDS.values()]
+    found |= {f"Best {title}": best(name) for name, title in TITLES.items()}
+    for name, title in TITLES.items():
+        shipped = [networks.load_shipped(_file(INDICES[name], kind)) for kind in KINDS.values()]
         worst = max(shipped, key=lambda network: network.card["worst_case"]["error"])
-        kind = KINDS[worst.card["kind"]]
-        found[f"Worst case of {_title(name)}, {kind} network"] = list(worst.card["worst_case"]["q"])
+        found[f"Worst found: {title}, {KINDS[worst.card['kind']]}"] = list(worst.card["worst_case"]["q"])
     motion = MOTIONS["UVMS, pitch"]
     sweep = motion.configurations(motion.angles(181))
     w = Index("manipulability").bind(robots.uvms())(sweep)
     return found | {"Singularity": sweep[int(w.argmin())].tolist()}
+
+
+def best(name: str) -> list[float]:
+    """Climb to a configuration with a large index in the space that its networks were trained on.
+
+    Parameters
+    ----------
+    name
+        One of :data:`INDICES`.
+    """
+    space, index = sampling.uvms_space(INDICES[name]), Index(INDICES[name]).bind(robots.uvms())
+
+    def falls(u: np.ndarray) -> tuple[float, np.ndarray]:
+        unit = torch.tensor(u, requires_grad=True)
+        value = -index(space.from_unit(unit))
+        value.backward()
+        return value.item(), unit.grad.numpy()  # type: ignore[union-attr]
+
+    q = sampling.sobol(space, SAMPLES, 0)
+    start = space.to_unit(q[int(index(q).argmax())]).numpy().clip(0, 1)
+    climbed = optimize.minimize(falls, start, jac=True, method="L-BFGS-B", bounds=[(0, 1)] * len(start))
+    return space.from_unit(torch.from_numpy(climbed.x)).tolist()
 
 
 def guarded(name: str, kind: str) -> Guarded:
@@ -89,10 +111,6 @@ def guarded(name: str, kind: str) -> Guarded:
 
 def _file(index: str, kind: str) -> str:
     return f"uvms-{index.replace('_', '-')}-{kind}"
-
-
-def _title(name: str) -> str:
-    return {"w": "w", "kci": "KCI"}[name]
 
 
 def _names() -> tuple[str, ...]:
@@ -114,10 +132,10 @@ def _readouts(name: str) -> list[Readout]:
     shown = [Readout(name, "exact", digits=4)]
     for kind, title in KINDS.items():
         shown += [
-            Readout(f"{name}{kind}", f"{title} network", digits=4),
+            Readout(f"{name}{kind}", title, digits=4),
             Readout(f"{name}{kind}Error", "its error", "%", digits=2, floor=1e-5),
         ]
-    return [*shown, Readout(f"{name}Inside", "in the trained space")]
+    return [*shown, Readout(f"{name}Inside", "in trained space")]
 
 
 def _modules() -> dict[str, str]:
@@ -135,13 +153,7 @@ def _modules() -> dict[str, str]:
     return modules | {"kinematics": pose.javascript_module(chain)}
 
 
-def _configurations() -> Tensor:
-    """Draw configurations of the space that the networks of KCI were trained on."""
-    return sampling.sobol(sampling.uvms_space("kinematic_conditioning"), SAMPLES, 0)
-
-
 def _sampled() -> Mapping[str, np.ndarray]:
-    """Return the values of both indices at those configurations."""
-    q = _configurations()
-    with torch.no_grad():
-        return {name: Index(index).bind(robots.uvms())(q).numpy() for name, index in INDICES.items()}
+    """Return the values of both indices at configurations of the space of KCI's networks."""
+    q = sampling.sobol(sampling.uvms_space("kinematic_conditioning"), SAMPLES, 0)
+    return {name: Index(index).bind(robots.uvms())(q).numpy() for name, index in INDICES.items()}

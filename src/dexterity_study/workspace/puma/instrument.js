@@ -19,26 +19,36 @@ function centres({ extent: [left, right, bottom, top], cell }) {
   return { xs: between(left, right), ys: between(bottom, top) };
 }
 
-// What rule and network say of the cells of the section, row by row.
-function section(inputs, { modules, data }) {
+let last = { key: "", map: null };
+
+// What rule and network say of the cells of the section, row by row; it does not depend on where the tool is.
+function section({ radius, height, ...inputs }, context) {
+  const key = JSON.stringify(inputs);
+  if (last.key !== key) last = { key, map: classified(inputs, context) };
+  return last.map;
+}
+
+function classified(inputs, { modules, data }) {
   const links = linksOf(inputs, data), { xs, ys } = centres(data), network = modules[data.networks[inputs.network]];
-  const turned = pose(inputs, 0, 0, modules), truth = [], guess = [];
+  const turned = pose(inputs, 0, 0, modules), truth = [], guess = [], trained = [];
   for (const height of ys) {
     for (const radius of xs) {
       const place = position(inputs, radius, height);
       const T = turned.map((row, i) => (i < 3 ? [row[0], row[1], row[2], place[i]] : row));
       truth.push(modules.arm.reachable(links, place));
       guess.push(network.confidence(links, T) >= data.threshold);
+      trained.push(modules.space.contains([...links, ...place]));
     }
   }
-  return { xs, ys, truth, guess };
+  return { xs, ys, truth, guess, trained };
 }
 
 export function values(inputs, context) {
   const { modules, data } = context, links = linksOf(inputs, data), { radius, height } = inputs;
   const place = position(inputs, radius, height), T = pose(inputs, radius, height, modules);
   const isReached = modules.arm.reachable(links, place), map = section(inputs, context);
-  const share = holds => map.truth.filter((truth, i) => holds(truth, map.guess[i])).length / map.truth.length;
+  const count = holds => map.truth.filter((truth, i) => map.trained[i] && holds(truth, map.guess[i])).length;
+  const share = holds => count(holds) / count(() => true);
   const outputs = {
     map,
     reach: isReached ? "yes" : "no",
@@ -53,11 +63,14 @@ export function values(inputs, context) {
 }
 
 export function draw({ map, reach }, inputs, { modules, data, stages: { section: stage } }) {
-  const { xs, ys, truth, guess } = map, { radius, height, azimuth } = inputs, [, , bottom, top] = data.extent;
-  const cell = holds => (column, row) => holds(truth[row * xs.length + column], guess[row * xs.length + column]);
-  stage.cells(xs, ys, cell((truth, guess) => truth && guess), "sky blue", 0.45);
-  stage.cells(xs, ys, cell((truth, guess) => guess && !truth), "vermillion", 0.8);
-  stage.cells(xs, ys, cell((truth, guess) => truth && !guess), "text", 0.7);
+  const { xs, ys, truth, guess, trained } = map, { radius, height, azimuth } = inputs, [, , bottom, top] = data.extent;
+  const classes = [[true, true, "sky blue"], [false, true, "vermillion"], [true, false, "text"]];
+  for (const [isReached, isGuessed, color] of classes) {
+    for (const isTrained of [true, false]) {
+      const member = i => truth[i] === isReached && guess[i] === isGuessed && trained[i] === isTrained;
+      stage.cells(xs, ys, (column, row) => member(row * xs.length + column), color, isTrained ? 0.8 : 0.35);
+    }
+  }
   const side = data.trained, width = side / Math.max(Math.abs(Math.cos(azimuth)), Math.abs(Math.sin(azimuth)));
   stage.line([[-width, -side], [width, -side], [width, side], [-width, side]], "muted", { width: 1.5, dash: "5 4", closed: true });
   stage.line([[0, bottom], [0, top]], "muted", { width: 1, dash: "10 3 2 3" });

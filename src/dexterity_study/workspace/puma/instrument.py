@@ -19,16 +19,13 @@ from dexterity.workspace.reachability import LINK_NAMES
 from dexterity_study.page.instrument import Choice, Drawing, Instrument, Readout, Slider, script_beside
 from dexterity_study.workspace.puma.experiment import LINKS
 
-NETWORKS: Mapping[str, Inputs] = {"plane": "plane", "rotation": "rotation"}
-"""What each network sees, by its name in the script."""
+NETWORKS: Mapping[str, tuple[Inputs, int, int]] = {
+    "plane network": ("plane", 60_000, 10),
+    "rotation network": ("rotation", 160_000, 14),
+}
+"""What each network takes, and the samples and epochs that it is trained with when the page is made."""
 
-CHOICES = ("network of links, distance and height", "network of links, position and rotation")
-"""Names of the networks, in the order of :data:`NETWORKS`."""
-
-ROWS, EPOCHS = 100_000, 12
-"""Samples and passes that each network is trained with when the page is made."""
-
-EXTENT = (-0.5, 0.95, -0.95, 0.95)
+EXTENT = (-0.45, 0.95, -0.95, 0.95)
 """Section that is shown: distance from the first axis, and height above its foot [m]."""
 
 CELL = 0.05
@@ -42,43 +39,54 @@ def instrument() -> Instrument:
     """Return the instrument, with both networks trained now."""
     return Instrument(
         title="What an arm reaches: the exact rule and two networks",
-        hint="Drag the tool in the section, or change the arm and the pose. Where do rule and network disagree?",
+        hint="Drag the tool, or change the arm and the pose. The plane network takes links, distance from axis 1 and height; "
+        "the rotation network takes links, position and rotation matrix.",
         controls=[
-            *(Slider(name, label, "m", 0.0, 0.6, 0.005, start) for name, label, start in zip(LINK_NAMES, ("d₃", "d₄", "a₂", "a₃"), LINKS, strict=True)),
-            Slider("radius", "distance from axis 1", "m", 0.0, EXTENT[1], 0.005, 0.3),
+            *(
+                Slider(name, label, "m", 0.0, 0.6, 0.005, start)
+                for name, label, start in zip(LINK_NAMES, ("d₃", "d₄", "a₂", "a₃"), LINKS, strict=True)
+            ),
+            Slider("radius", "distance", "m", 0.0, EXTENT[1], 0.005, 0.3),
             Slider("height", "height", "m", EXTENT[2], EXTENT[3], 0.005, 0.2),
             Slider("azimuth", "azimuth", "°", -math.pi, math.pi, math.radians(1), 0.0),
-            *(Slider(f"turn{axis}", f"tool about {axis}", "°", -math.pi, math.pi, math.radians(1), 0.0) for axis in "xyz"),
-            Choice("network", "shown", CHOICES),
+            *(
+                Slider(f"turn{axis}", f"tool {axis}", "°", -math.pi, math.pi, math.radians(1), 0.0)
+                for axis in "xyz"
+            ),
+            Choice("network", "map of", list(NETWORKS)),
         ],
         readouts={
             "Exact rule": [
                 Readout("reach", "in reach"),
-                Readout("margin", "margin of the rule", "m²", digits=2),
-                Readout("w", "w of the branch left, up, no flip", "m³", digits=3),
+                Readout("margin", "margin", "m²", digits=2),
+                Readout("w", "w", "m³"),
             ],
-            "Networks": [
-                *(Readout(name, f"{title}: confidence", "%") for name, title in zip(NETWORKS, CHOICES, strict=True)),
-                Readout("trained", "in the trained space"),
+            "Confidence": [
+                *(Readout(inputs, title, "%") for title, (inputs, _, _) in NETWORKS.items()),
+                Readout("trained", "in trained space"),
             ],
-            "Section": [
-                Readout("invented", "red: in reach by the network only", "%", digits=2),
-                Readout("missed", "black: in reach by the rule only", "%", digits=2),
+            "Map, within the trained space": [
+                Readout("invented", "network only", "%", digits=2),
+                Readout("missed", "rule only", "%", digits=2),
             ],
         },
         drawings=[
-            Drawing("section", "Section through axis 1 and the tool; blue: in reach; dashed: trained space", EXTENT),
+            Drawing(
+                "section",
+                "Section through axis 1 and the tool. Blue: in reach by both; red: by the network only; black: by the rule only; dashed: trained space",
+                EXTENT,
+            ),
         ],
         modules={
             "arm": export.javascript_module(),
             "free": pose.javascript_module(free_body()),
             "space": domain_export.space_module(trained_space()),
-            **{name: export.confidence_module(confidence(name)) for name in NETWORKS},
+            **{NETWORKS[title][0]: export.confidence_module(confidence(title)) for title in NETWORKS},
         },
         script=script_beside(__package__),
         presets=presets(),
         data={
-            "networks": dict(zip(CHOICES, NETWORKS, strict=True)),
+            "networks": {title: inputs for title, (inputs, _, _) in NETWORKS.items()},
             "links": LINK_NAMES,
             "threshold": THRESHOLD,
             "extent": EXTENT,
@@ -90,6 +98,7 @@ def instrument() -> Instrument:
 
 def presets() -> Mapping[str, Mapping[str, float]]:
     """Return arms and poses to begin with; the edge is where the PUMA's rule has its margin of zero."""
+
     def of(links: tuple[float, ...], radius: float, height: float) -> dict[str, float]:
         return {**dict(zip(LINK_NAMES, links, strict=True)), "radius": radius, "height": height}
 
@@ -116,11 +125,12 @@ def trained_space() -> sampling.Box:
 
 
 @cache
-def confidence(name: str) -> Confidence:
-    """Train a network as in the chapter, smaller and with fewer samples, and return its confidence."""
-    jacobians = dataset.jacobian_data(5_000, seed=2, dynamics=False)
+def confidence(title: str) -> Confidence:
+    """Train one of :data:`NETWORKS`, smaller than in the chapter and with fewer samples; return its confidence."""
+    inputs, samples, epochs = NETWORKS[title]
     architecture = Architecture(confidence=(64, 64), estimation=())
-    network = training.network_for(architecture, NETWORKS[name], "tool", jacobians, seed=0)
-    rows = training.confidence_rows(network, dataset.confidence_data(ROWS, seed=1))
-    options = training.Options(training.epochs(confidence=EPOCHS), rate=3e-3, batch=512, validation=0.02)
+    jacobians = dataset.jacobian_data(5_000, seed=2, dynamics=False)  # the scaling is fitted to them
+    network = training.network_for(architecture, inputs, "tool", jacobians, seed=0)
+    rows = training.confidence_rows(network, dataset.confidence_data(samples, seed=1))
+    options = training.Options(training.epochs(confidence=epochs), rate=3e-3, batch=512, validation=0.02)
     return Confidence.of(training.train(network, {"confidence": rows}, options, seed=0).network)
