@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 from numpy.testing import assert_allclose
-from run_in_node import called, needs_node
 from torch import Tensor
 
 from dexterity import spatial
 from dexterity.codegen.recorded_functions import Recorded, recorded_module
 from dexterity.codegen.recording import record
+from run_in_node import called, needs_node
 
 
 def module_of(function, *samples: Tensor) -> str:
@@ -19,9 +19,11 @@ def module_of(function, *samples: Tensor) -> str:
 def element_by_element(x: Tensor) -> Tensor:
     a, b = x[:3], x[3:]
     return torch.stack([
-        a + 2 * b, a - b / 3, -a * b, 1 / (b.abs() + 1), a.square() - b**3, a.sin() * b.cos(), torch.atan2(a, b),
+        a + 2 * b, a - b / 3, -a * b, 1 / (b.abs() + 1), a.square() - b**3, a.sin() * b.cos(),
+        torch.atan2(a, b),
         a.tanh().exp(), torch.acos(b.tanh()), torch.hypot(a, b), torch.minimum(a, b), torch.maximum(a, b),
-        a.clamp(min=0).sqrt(), b.clamp(-0.5, 0.5), torch.where(a > b, a, 0.5), torch.remainder(a, 0.7), a.sign(),
+        a.clamp(min=0).sqrt(), b.clamp(-0.5, 0.5), torch.where(a > b, a, 0.5),
+        torch.remainder(a, 0.7), a.sign(),
         (10 * a).round(), b.floor(), torch.rsub(a, 1.0), torch.add(a, b, alpha=2),
     ])  # fmt: skip
 
@@ -70,7 +72,15 @@ def chosen_by_a_number(x: Tensor) -> Tensor:
 @needs_node
 @pytest.mark.parametrize(
     "function",
-    [element_by_element, along_axes, matrices, moved_about, differentiated, chosen_by_a_number, spatial.wrap_to_pi],
+    [
+        element_by_element,
+        along_axes,
+        matrices,
+        moved_about,
+        differentiated,
+        chosen_by_a_number,
+        spatial.wrap_to_pi,
+    ],
     ids=lambda function: function.__name__,
 )
 def test_a_recording_is_the_function(tmp_path, rng, function):
@@ -119,13 +129,17 @@ def test_what_is_not_known_is_not_recorded():
 
 
 def test_equal_operations_are_recorded_once():
-    recording = record(lambda x: torch.stack([x.sin() + 1, x.sin() + 1]), torch.tensor(0.3, dtype=torch.float64))
+    recording = record(
+        lambda x: torch.stack([x.sin() + 1, x.sin() + 1]), torch.tensor(0.3, dtype=torch.float64)
+    )
     assert recording.outputs[0] == recording.outputs[1]
     assert [row[0] for row in recording.tape.rows].count("sin") == 1
 
 
 def test_constants_are_worked_out():
-    recording = record(lambda x: x + torch.ones(3, dtype=x.dtype).exp().sum(), torch.zeros((), dtype=torch.float64))
+    recording = record(
+        lambda x: x + torch.ones(3, dtype=x.dtype).exp().sum(), torch.zeros((), dtype=torch.float64)
+    )
     name, _, constant = recording.tape.rows[recording.outputs[0]]
     assert name == "add"
     assert recording.tape.value(constant) == pytest.approx(3 * np.e, rel=1e-15)

@@ -5,11 +5,11 @@ import math
 import pytest
 import torch
 from numpy.testing import assert_allclose, assert_array_equal
-from run_in_node import called, needs_node
 
 from dexterity import docking, robots, spatial
 from dexterity.docking import DockingProblem
 from dexterity.docking.export import javascript_module
+from run_in_node import called, needs_node
 
 PROBLEMS = {
     "stated": DockingProblem(robots.docking_arm()),

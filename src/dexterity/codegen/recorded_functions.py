@@ -72,7 +72,10 @@ _FORMS: Mapping[str, str] = {
     "gt": "({} > {})", "ge": "({} >= {})", "and": "({} && {})", "or": "({} || {})", "not": "(!{})",
     "where": "({} ? {} : {})", "number": "Number({})", "round": "rounded({})",
     "remainder": "remainder({}, {})",
-    **{name: f"Math.{name}({{}})" for name in ("abs", "sign", "floor", "sqrt", "exp", "tanh", "sin", "cos", "acos")},
+    **{
+        name: f"Math.{name}({{}})"
+        for name in ("abs", "sign", "floor", "sqrt", "exp", "tanh", "sin", "cos", "acos")
+    },
     **{name: f"Math.{name}({{}}, {{}})" for name in ("atan2", "hypot", "min", "max")},
 }  # fmt: skip
 _LONGEST = 120  # characters of an expression that is put where it is used
@@ -101,7 +104,8 @@ def _body(recording: Recording) -> str:
         if uses[place]:
             needed.add(place)
             uses.update(_arguments(rows[place]))
-    texts, lines = {}, []
+    texts: dict[int, str] = {}
+    lines = []
     for place in sorted(needed):
         text, inline = _text(rows[place], texts)
         if inline or (uses[place] == 1 and len(text) <= _LONGEST):

@@ -75,7 +75,7 @@ class _Recorder(TorchDispatchMode):
     """
 
     def __init__(self, tape: Tape) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call]
         self.conditions: dict[int, Number] = {}
         self._tape = tape
         self._operations = Operations(tape, self.read, self._looked_at)

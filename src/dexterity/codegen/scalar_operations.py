@@ -114,10 +114,10 @@ class Operations:
         return self._applied("div", total, torch.full_like(total, count))
 
     def _op_linalg_vector_norm(
-        self, part: Tensor, ord: float = 2, dim: Any = None, keepdim: bool = False, **_: Any
+        self, part: Tensor, order: float = 2, dim: Any = None, keepdim: bool = False, **_: Any
     ) -> Tensor:
-        if ord != 2:
-            raise NotImplementedError(f"a norm of order {ord} cannot be recorded")
+        if order != 2:
+            raise NotImplementedError(f"a norm of order {order} cannot be recorded")
         squares = self._each("mul", part, part)
         return self._applied("sqrt", self._folded("add", squares, dim, keepdim))
 
@@ -159,9 +159,9 @@ class Operations:
         zero = torch.full_like(places, self._tape.constant(nan or 0.0))
         return self._applied("where", self._applied("ne", places, places), zero, places)
 
-    def _op_clamp(self, part: Tensor, min: Any = None, max: Any = None) -> Tensor:
+    def _op_clamp(self, part: Tensor, lower: Any = None, upper: Any = None) -> Tensor:
         places = self._of(part)
-        for name, limit in (("max", min), ("min", max)):
+        for name, limit in (("max", lower), ("min", upper)):
             if limit is not None:
                 places = self._applied(name, *torch.broadcast_tensors(places, self._of(limit)))
         return places
@@ -176,17 +176,18 @@ class Operations:
 
     # ---- places moved ----
 
-    def _moved(self, name: str, part: Tensor, *args: Any, memory_format: Any = None, **kwargs: Any) -> Tensor:
-        places: Tensor = getattr(torch.ops.aten, name)(self._read(part), *args, **kwargs)
+    def _moved(self, name: str, part: Tensor, *args: Any, **_: Any) -> Tensor:
+        """Move places as elements are moved; layouts in memory, which keywords name, do not matter."""
+        places: Tensor = getattr(torch.ops.aten, name)(self._read(part), *args)
         return places
 
     def _op_copy(self, part: Tensor, source: Tensor, *_: Any) -> Tensor:
         return self._op_to_copy(source, part.dtype)
 
-    def _op_fill(self, part: Tensor, value: Any) -> Tensor:
+    def _op_fill(self, _: Tensor, value: Any) -> Tensor:
         return self._of(value)
 
-    def _op_zero(self, part: Tensor) -> Tensor:
+    def _op_zero(self, _: Tensor) -> Tensor:
         return self._of(0.0)
 
     def _op_cat(self, parts: Sequence[Tensor], dim: int = 0) -> Tensor:
@@ -247,7 +248,9 @@ class Operations:
 
     _op_dot = _op_mv
 
-    def _op_addmm(self, bias: Tensor, one: Tensor, other: Tensor, beta: float = 1, alpha: float = 1) -> Tensor:
+    def _op_addmm(
+        self, bias: Tensor, one: Tensor, other: Tensor, beta: float = 1, alpha: float = 1
+    ) -> Tensor:
         if (beta, alpha) != (1, 1):
             raise NotImplementedError(f"addmm with beta {beta} and alpha {alpha} cannot be recorded")
         product = self._op_mm(one, other)

@@ -15,8 +15,8 @@ Number: TypeAlias = float | int | bool
 """Value of a constant."""
 
 SOLVE, ELEMENT, INPUT = "solve", "element", "input"
-"""A linear system, with its number of unknowns, its matrix and its right-hand sides, row by row; one number of
-its solution; and one of the numbers that a function is given."""
+"""A linear system, with its number of unknowns, its matrix and its right-hand sides, row by row; one number
+of its solution; and one of the numbers that a function is given."""
 
 OPERATORS: Mapping[str, Callable[..., Any]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "pow": np.power,
@@ -115,7 +115,7 @@ class Tape:
         (a, b), (x, y) = places, values
         if name in ("add", "mul", "and", "or") and x is not None:
             (a, b), (x, y) = (b, a), (y, x)
-        if name == "add" and y == 0 or name == "sub" and y == 0 or name in ("mul", "div") and y == 1:
+        if (name == "add" and y == 0) or (name == "sub" and y == 0) or (name in ("mul", "div") and y == 1):
             return a
         if name == "sub" and x == 0:
             return self.apply("neg", b)

@@ -1,14 +1,13 @@
 """An ECMAScript module of a docking problem, recorded from the package's own functions.
 
-It works out for any pose what :class:`~dexterity.docking.problem.DockingProblem` does, with the closed form of
-all branches of the arm, in a page or in node.
+It computes for any pose what :class:`~dexterity.docking.problem.DockingProblem` does, with the closed form
+of all branches of the arm, in a page or in node.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import torch
 from torch import Tensor
 
 from dexterity import spatial
@@ -70,5 +69,3 @@ def javascript_module(problem: DockingProblem) -> str:
         "controlPoints": problem.control_points.tolist(),
     }
     return recorded_module(lines, about, functions)
-
-

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import torch
 from numpy.testing import assert_allclose
-from run_in_node import called, needs_node
 from torch import Tensor
 
 from dexterity import crane
@@ -15,6 +14,7 @@ from dexterity.crane import TrainingSet, positioning
 from dexterity.crane.positioning import DescentOptions, Placement, Task
 from dexterity.crane.positioning.export import Networks, javascript_module, task_at
 from dexterity.crane.shape import bars
+from run_in_node import called, needs_node
 
 CRANE = crane.patu655()
 
@@ -32,7 +32,9 @@ def networks() -> Networks:
         )
     ]
     task = positioning.thesis_task()
-    options = [DescentOptions(rate=positioning.safe_rate(network, task), iterations=3000) for network in own[1:3]]
+    options = [
+        DescentOptions(rate=positioning.safe_rate(network, task), iterations=3000) for network in own[1:3]
+    ]
     return Networks(*own, *options)
 
 
@@ -82,7 +84,7 @@ def test_strokes_for_a_place_of_the_tip(tmp_path, strokes):
     tip = crane.tip_position(strokes)
     for name, inputs, reach, atol in (
         ("reach", rows(tip, strokes[:, 2:]), crane.inverse(tip, strokes[:, 2]), 1e-10),
-        # The least extension leaves the arms folded or stretched: strokes vary as the root of a rounding error.
+        # With the least extension arms are folded or stretched: strokes vary as the root of a rounding error.
         ("leastReach", rows(tip), crane.inverse(tip), 1e-7),
     ):
         results = np.array(called(tmp_path, module(), name, inputs), dtype=float)

@@ -1,6 +1,6 @@
 """An ECMAScript module of the crane, its statics and the thesis's four methods, recorded from the package.
 
-It works out for any strokes and payload what :mod:`dexterity.crane` does, in a page or in node. Of the first
+It computes for any strokes and payload what :mod:`dexterity.crane` does, in a page or in node. Of the first
 method it has the closed-form inverse, since the search is drawn by chance.
 """
 
@@ -58,8 +58,8 @@ def javascript_module(crane: Crane, networks: Networks) -> str:
     """Return an ECMAScript module of a crane and of the four methods to position it.
 
     A task is x, y [m] of the target, the payload [kg], and s1, s2, s3 [m] of the start. The module exports
-    ``tip(strokes)``, ``bars([strokes, payload, magnification])``, ``reach([x, y, s3])``, ``leastReach([x, y])``,
-    ``task([strokes, payload])``; ``compensation(task)``, ``direct(task)``, ``modular(task)`` and
+    ``tip(strokes)``, ``bars([strokes, payload, magnification])``, ``reach([x, y, s3])``,
+    ``leastReach([x, y])``, ``task([strokes, payload])``; ``compensation(task)``, ``direct(task)``, ``modular(task)`` and
     ``inverseNetwork(task)`` for strokes; and ``driven([task, strokes])``.
 
     Raises
@@ -130,7 +130,9 @@ def _of_methods(crane: Crane, networks: Networks) -> dict[str, Recorded]:
 
         before = torch.cat([sample[:3], _before_the_last_step(given(sample), network, options)])
         return {
-            f"{name}Step": Recorded(record(step, sample), "Strokes after a step, where one more is to follow."),
+            f"{name}Step": Recorded(
+                record(step, sample), "Strokes after a step, where one more is to follow."
+            ),
             f"{name}Last": Recorded(record(step, before), "Strokes after a step that is the last one."),
         }
 
@@ -142,7 +144,9 @@ def _of_methods(crane: Crane, networks: Networks) -> dict[str, Recorded]:
     sample = task(strokes, payload)
     sag = network_sag(networks.correction)
     return {
-        "task": Recorded(record(task, strokes, payload), "Task to keep the rigid tip's place under a payload."),
+        "task": Recorded(
+            record(task, strokes, payload), "Task to keep the rigid tip's place under a payload."
+        ),
         "compensation": Recorded(
             record(lambda numbers: compensate(given(numbers), sag).strokes[0], sample),
             "Strokes that aim off by the sag that the correction network says (method 1).",
@@ -172,7 +176,11 @@ def _before_the_last_step(task: Task, network: FeedForward, options: DescentOpti
     if not whole.converged.all():
         raise ValueError(f"iterations is {options.iterations}; the network needs more to be inverted")
     fewer = int(whole.iterations.item()) - 1
-    return descend(task, network, dataclasses.replace(options, iterations=fewer)).strokes[0] if fewer else task.starts[0]
+    return (
+        descend(task, network, dataclasses.replace(options, iterations=fewer)).strokes[0]
+        if fewer
+        else task.starts[0]
+    )
 
 
 def _sample(crane: Crane) -> tuple[Tensor, Tensor, Tensor]:

@@ -38,8 +38,10 @@ export function draw(outputs, inputs, { stages: { side, near }, data, modules: {
   const [rigid, loaded] = outputs.bars, parts = crane.about.parts, target = [outputs.x, outputs.y];
   const width = part => ({ pillar: 7, "lift arm": 6, "jib arm": 5, extension: 3.5, cylinders: 2, linkage: 2 })[part];
   side.line([[side.extent[0], 0], [side.extent[1], 0]], "rule", { width: 1 });
-  rigid.forEach((bar, i) => side.line(bar, "muted", { width: 0.45 * width(parts[i]) }));
-  loaded.forEach((bar, i) => side.line(bar, parts[i] === "cylinders" ? "vermillion" : "text", { width: width(parts[i]) }));
+  for (const { part, points } of joined(rigid, parts)) side.line(points, "muted", { width: 0.45 * width(part) });
+  for (const { part, points } of joined(loaded, parts)) {
+    side.line(points, part === "cylinders" ? "vermillion" : "text", { width: width(part) });
+  }
   const tip = loaded[parts.lastIndexOf("extension", parts.indexOf("cylinders"))][1];
   side.line([target, tip], "vermillion", { width: 1.5, dash: "4 3" });
   side.dot(tip, "vermillion", 3 + Math.sqrt(inputs.payload) / 4);
@@ -70,6 +72,17 @@ export function drag(handle, position, inputs, { modules: { crane } }) {
     }
   }
   return {};
+}
+
+// Bars of a part that follow one another as one line.
+function joined(bars, parts) {
+  const lines = [];
+  bars.forEach(([from, to], i) => {
+    const last = lines.at(-1), end = last && last.points.at(-1);
+    if (last && last.part === parts[i] && end[0] === from[0] && end[1] === from[1]) last.points.push(to);
+    else lines.push({ part: parts[i], points: [from, to] });
+  });
+  return lines;
 }
 
 // Radius [m] of the outer ring: 1, 2 or 5 times a power of ten.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import torch
 
@@ -10,6 +11,7 @@ from dexterity import crane
 from dexterity.crane import positioning
 from dexterity.crane.positioning import DescentOptions, Placement, Task
 from dexterity.crane.positioning.export import Networks, javascript_module
+from dexterity.networks.feed_forward import FeedForward
 from dexterity_study.crane.cases import BOX
 from dexterity_study.crane.positioning.experiment import DIRECT, GENETIC, INVERSE, MODULAR, trained
 from dexterity_study.page.instrument import Choice, Drawing, Instrument, Readout, Slider, script_beside
@@ -28,32 +30,36 @@ MAGNIFIED = {"10 times": 10.0, "30 times": 30.0, "as it is": 1.0}
 _STROKES = ("s1", "s2", "s3")
 
 
+SEED, EPOCHS = 0, 100
+"""Training of the networks, that of the live run in the chapter."""
+
+
 @cache
-def networks(seed: int, epochs: int) -> Networks:
-    """Train the networks of a seed, and take the chapter's options of the descents."""
-    correction, direct, modular, inverse = (
-        trained(method, seed, epochs) for method in (GENETIC, DIRECT, MODULAR, INVERSE)
-    )
-    task = positioning.thesis_task()
-    options = (
-        DescentOptions(tolerance=1e-7, rate=positioning.safe_rate(network, task)) for network in (direct, modular)
-    )
-    return Networks(correction, direct, modular, inverse, *options)
+def networks() -> Networks:
+    """Train the networks."""
+    return with_rates(*(trained(method, SEED, EPOCHS) for method in (GENETIC, DIRECT, MODULAR, INVERSE)))
 
 
-def placements(task: Task, own: Networks) -> dict[str, Placement]:
-    """Let the four methods answer a task, the first with the rigid crane solved in closed form."""
-    return {
-        "compensation": positioning.compensate(task, positioning.network_sag(own.correction)),
-        "direct": positioning.descend(task, own.direct, own.direct_options),
-        "modular": positioning.descend(task, own.modular, own.modular_options),
-        "inverseNetwork": positioning.by_inverse_network(task, own.inverse),
-    }
+def placement(method: str, task: Task, own: Networks) -> Placement:
+    """Let one of `METHODS` answer a task, the first with the rigid crane solved in closed form.
+
+    Raises
+    ------
+    ValueError
+        If the rigid crane does not reach where it is to aim.
+    """
+    if method == "compensation":
+        return positioning.compensate(task, positioning.network_sag(own.correction))
+    if method == "direct":
+        return positioning.descend(task, own.direct, own.direct_options)
+    if method == "modular":
+        return positioning.descend(task, own.modular, own.modular_options)
+    return positioning.by_inverse_network(task, own.inverse)
 
 
-def instrument(seed: int = 0, epochs: int = 100) -> Instrument:
-    """Return an instrument for the crane's strokes and payload, with the networks of a seed."""
-    own, machine = networks(seed, epochs), crane.patu655()
+def instrument() -> Instrument:
+    """Return an instrument for the crane's strokes and payload."""
+    own, machine = networks(), crane.patu655()
     names = ("lift stroke s₁", "jib stroke s₂", "extension s₃")
     chosen = presets(own)
     first = next(iter(chosen.values()))
@@ -88,13 +94,39 @@ def instrument(seed: int = 0, epochs: int = 100) -> Instrument:
                 "Side view: the rigid crane (thin) and the loaded one, its sag magnified",
                 (left - 1.2, right + 1.2, bottom - 0.6, top + 0.6),
             ),
-            Drawing("near", "Around the target: where the loaded tip ends without compensation (0) and by methods 1 to 4", (-1.25, 1.25, -1.25, 1.25)),
+            Drawing(
+                "near",
+                "Around the target: where the loaded tip ends without compensation (0) and by methods 1 to 4",
+                (-1.25, 1.25, -1.25, 1.25),
+            ),
         ],
         modules={"crane": javascript_module(machine, own)},
         script=script_beside(__package__),
         presets=chosen,
-        data={"methods": METHODS, "magnified": MAGNIFIED},
+        data={"methods": METHODS, "magnified": MAGNIFIED, "networks": arrays(own)},
     )
+
+
+def arrays(own: Networks) -> dict[str, dict[str, Any]]:
+    """Return the numbers of the networks, with which the page can be checked."""
+    return {
+        name: {
+            key: array.tolist() for key, array in getattr(own, name).state_dict().items() if "." not in key
+        }
+        for name in ("correction", "direct", "modular", "inverse")
+    }
+
+
+def with_rates(
+    correction: FeedForward, direct: FeedForward, modular: FeedForward, inverse: FeedForward
+) -> Networks:
+    """Join networks, and take the chapter's options of the descents."""
+    task = positioning.thesis_task()
+    direct_options, modular_options = (
+        DescentOptions(tolerance=1e-7, rate=positioning.safe_rate(network, task))
+        for network in (direct, modular)
+    )
+    return Networks(correction, direct, modular, inverse, direct_options, modular_options)
 
 
 def presets(own: Networks) -> dict[str, dict[str, float]]:
@@ -113,8 +145,8 @@ def presets(own: Networks) -> dict[str, dict[str, float]]:
         return dict(zip(_STROKES, inside, strict=True)) | {"payload": task.payload[point].item()}
 
     worst: dict[int, list[str]] = {}
-    for name, placement in placements(task, own).items():
-        point = positioning.errors(task, placement).distance.where(possible, 0.0).argmax()
+    for name in METHODS:
+        point = positioning.errors(task, placement(name, task, own)).distance.where(possible, 0.0).argmax()
         worst.setdefault(int(point), []).append(METHODS[name][0])
     return {
         "Largest sag": at(int(sag.nan_to_num(0.0).argmax())),

@@ -63,7 +63,11 @@ def instrument() -> Instrument:
             ],
         },
         drawings=[
-            Drawing("top", "Top view: block (grey), task area, and the vehicle with the foot of its arm (blue)", (-1.6, 1.1, -1.6, 1.1)),
+            Drawing(
+                "top",
+                "Top view: block (grey), task area, and the vehicle with the foot of its arm (blue)",
+                (-1.6, 1.1, -1.6, 1.1),
+            ),
             Drawing(
                 "area",
                 "Task area: the darker the green, the larger w; orange where w = 0; ring where w is smallest, if it is not 0",
@@ -95,7 +99,10 @@ def presets() -> dict[str, dict[str, float | str]]:
         "Best pose": torch.tensor(best.iloc[0].tolist(), dtype=torch.float64),
         "Good corners, dead spot": dead_spot(stated),
     }
-    return {name: dict(zip(_NAMES, pose.tolist(), strict=True)) | {"arm": "stated arm"} for name, pose in found.items()}
+    return {
+        name: dict(zip(_NAMES, pose.tolist(), strict=True)) | {"arm": "stated arm"}
+        for name, pose in found.items()
+    }
 
 
 def dead_spot(problem: DockingProblem, drawn: int = 20_000, seed: int = 0) -> Tensor:
