@@ -16,7 +16,7 @@ from torch import Tensor
 
 from dexterity import crane, docking
 from dexterity.crane import positioning
-from dexterity.crane.positioning import Placement, Task
+from dexterity.crane.positioning import Task
 from dexterity.crane.positioning.export import Networks, task_at
 from dexterity.crane.shape import bars
 from dexterity.networks.feed_forward import FeedForward
@@ -70,10 +70,7 @@ def crane_cases() -> Cases:
         for row, mass in zip(strokes.tolist(), payload.tolist(), strict=True)
     ]
     tip, sag, shape = crane.tip_position(strokes), crane.deflection(strokes, payload), bars(strokes)
-    rows = [
-        _positioned(task_at(strokes[i : i + 1], payload[i : i + 1], machine), own)
-        for i in range(CONFIGURATIONS)
-    ]
+    task = task_at(strokes, payload, machine)
     return inputs, {
         "x": tip[:, 0].tolist(),
         "y": tip[:, 1].tolist(),
@@ -81,7 +78,7 @@ def crane_cases() -> Cases:
         "sagY": sag[:, 1].tolist(),
         "sag": sag.norm(dim=-1).tolist(),
         "bars": torch.stack([shape.ends, shape.loaded(payload, 10.0)], dim=1).tolist(),
-        **{name: [row[name] for row in rows] for name in rows[0]},
+        **{name: _distances(name, task, own) for name in positioned.METHODS},
     }
 
 
@@ -102,13 +99,18 @@ def _networks_of_the_page() -> Networks:
     return positioned.with_rates(**own)
 
 
-def _positioned(task: Task, own: Networks) -> dict[str, float]:
-    """Distances of the loaded tip from its target after each method, NaN where one has no answer."""
-    distances = {}
-    for name in positioned.METHODS:
+def _distances(method: str, task: Task, own: Networks) -> list[float]:
+    """Distances of the loaded tip from its targets after a method, NaN where it has no answer."""
+    if method != "compensation":
+        return positioning.errors(task, positioned.placement(method, task, own)).distance.tolist()
+    distances = []
+    for i in range(len(task)):
+        one = slice(i, i + 1)
+        alone = Task(task.targets[one], task.payload[one], task.starts[one], task.crane)
         try:
-            placement: Placement = positioned.placement(name, task, own)
-            distances[name] = positioning.errors(task, placement).distance.item()
+            placement = positioned.placement(method, alone, own)
         except ValueError:
-            distances[name] = math.nan
+            distances.append(math.nan)
+        else:
+            distances.append(positioning.errors(alone, placement).distance.item())
     return distances

@@ -124,8 +124,11 @@ CASES: Mapping[str, Callable[[], tuple[list[Inputs], Mapping[str, Any]]]] = {
     "docking/area": docking_cases,
     "crane/positioning": crane_cases,
 }
-ROUNDING: Mapping[str, float] = {"crane/positioning": 1e-11}
-"""Largest differences where values are far below others from which they are differences [m]; else 1e-13."""
+ROUNDING: Mapping[str, float] = {"compensation": 1e-9}
+"""Largest differences where inputs vary as the root of a rounding error; else 1e-13.
+
+With the least extension the crane's arms are folded or stretched, and aiming off varies by a nanometre [m].
+"""
 
 
 @pytest.mark.parametrize("page", CASES)
@@ -148,7 +151,7 @@ def test_values_are_those_of_the_package(browser: Browser, root: str, page: str)
             # The error is a difference: that of the values is compared, relative to them.
             assert_allclose(values, wanted[name], rtol=1e-9, atol=1e-9, err_msg=name)
         else:
-            atol = ROUNDING.get(page, 1e-13)
+            atol = ROUNDING.get(name, 1e-13)
             assert_allclose(values, wanted[name], rtol=1e-9, atol=atol, err_msg=name)
 
 

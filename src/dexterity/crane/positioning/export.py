@@ -59,8 +59,8 @@ def javascript_module(crane: Crane, networks: Networks) -> str:
 
     A task is x, y [m] of the target, the payload [kg], and s1, s2, s3 [m] of the start. The module exports
     ``tip(strokes)``, ``bars([strokes, payload, magnification])``, ``reach([x, y, s3])``,
-    ``leastReach([x, y])``, ``task([strokes, payload])``; ``compensation(task)``, ``direct(task)``, ``modular(task)`` and
-    ``inverseNetwork(task)`` for strokes; and ``driven([task, strokes])``.
+    ``leastReach([x, y])``, ``task([strokes, payload])``; ``compensation(task)``, ``direct(task)``,
+    ``modular(task)`` and ``inverseNetwork(task)`` for strokes; and ``driven([task, strokes])``.
 
     Raises
     ------

@@ -25,7 +25,7 @@ export function values(inputs, { modules, data }) {
 export function draw(outputs, inputs, { stages: { top, area }, data }) {
   const [right, ahead] = data.block, [a, b, c, d] = outputs.vehicle;
   top.line(rectangle(right, ahead), "muted", { width: 1.5, fill: 0.08 });
-  heat(top, outputs, inputs, data);
+  zeros(top, outputs, data);
   top.line(rectangle(data.half, data.half), "text", { width: 1.5, closed: true });
   top.line([a, b, d, c], "blue", { fill: 0.12 });
   top.line([outputs.base, outputs.bow], "blue", { width: 3 });
@@ -34,6 +34,7 @@ export function draw(outputs, inputs, { stages: { top, area }, data }) {
   top.handle("bow", outputs.bow, 9);
 
   heat(area, outputs, inputs, data);
+  zeros(area, outputs, data);
   area.line(rectangle(data.half, data.half), "text", { width: 1.5, closed: true });
   for (const [name, point] of Object.entries(data.corners)) {
     area.dot(point, "text", 4);
@@ -56,6 +57,11 @@ function heat(stage, { map }, { arm }, { points, perSide, largest }) {
   for (let level = 1; level <= 8; ++level) {
     stage.cells(side, side, (column, row) => shade[column * perSide + row] === level, "bluish green", level / 8);
   }
+}
+
+// Cells where w is zero.
+function zeros(stage, { map }, { points, perSide }) {
+  const side = points.slice(0, perSide).map(point => point[1]);
   stage.cells(side, side, (column, row) => map[column * perSide + row] === 0, "vermillion", 0.75);
 }
 
