@@ -28,6 +28,13 @@ TAB_STOPS = 10
 
 FITS = "Math.abs(innerHeight - document.querySelector('main').getBoundingClientRect().height) <= 1"
 
+SCROLL_HAS_ENDED = """async () => {
+  for (let frames = 0, last = null; frames < 20; last = scrollY) {
+    await new Promise(requestAnimationFrame);
+    frames = scrollY === last ? frames + 1 : 0;
+  }
+}"""
+
 Inputs = dict[str, Any]
 
 
@@ -260,6 +267,7 @@ def test_a_finger_scrolls_the_page_unless_it_drags_a_handle(
         def swiped(locator: Locator, x: float, y: float) -> tuple[bool, bool]:
             """Move a finger upwards; return whether the page has scrolled, and whether an input changed."""
             locator.scroll_into_view_if_needed()
+            visited.page.evaluate(SCROLL_HAS_ENDED)
             box = locator.bounding_box()
             assert box
             before, start = _drawn(frame)["inputs"], visited.page.evaluate("scrollY")
