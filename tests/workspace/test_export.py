@@ -97,5 +97,5 @@ def test_confidence_is_that_of_the_network(tmp_path, inputs, architecture):
 
 
 def test_a_network_of_more_than_a_pose_is_refused():
-    with pytest.raises(ValueError, match=r"^network sees 'relevant'; 'rotation' and 'plane' can be exported"):
+    with pytest.raises(ValueError, match=r"^inputs are 'relevant'; 'rotation' and 'plane' can be exported"):
         Confidence.of(network("relevant", PLAIN))

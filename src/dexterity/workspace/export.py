@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
-import numpy as np
 import sympy
 import torch
 from jaxtyping import Float64
-from numpy.typing import NDArray
 from sympy import Expr, S
 from torch import Tensor
 
@@ -29,9 +27,6 @@ from dexterity.workspace.jacobian_net import JacobianNet
 from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, TWISTS, Branch
 
 __all__ = ["Confidence", "Layer", "confidence_module", "javascript_module", "margins", "origins"]
-
-Array: TypeAlias = NDArray[np.float64]
-"""Numbers of a network."""
 
 
 # ---- the closed form -------------------------------------------------------------------------------
@@ -134,9 +129,9 @@ class Layer(NamedTuple):
         (outer) factor of negative values; 1 where nothing follows.
     """
 
-    weights: Array
-    biases: Array
-    slope: Array
+    weights: Float64[Tensor, "outer inner"]
+    biases: Float64[Tensor, " outer"]
+    slope: Float64[Tensor, " outer"]
 
 
 @dataclass(frozen=True)
@@ -146,16 +141,16 @@ class Confidence:
     Attributes
     ----------
     inputs
-        What is seen: ``"rotation"`` or ``"plane"``.
+        Kind of the inputs: ``"rotation"`` or ``"plane"``.
     centre, unit
-        Scaling of what is seen.
+        Scaling of the inputs.
     layers
         Encoder and head; normalisation is worked into the weights.
     """
 
     inputs: str
-    centre: Array
-    unit: Array
+    centre: Float64[Tensor, " width"]
+    unit: Float64[Tensor, " width"]
     layers: tuple[Layer, ...]
 
     @classmethod
@@ -165,13 +160,13 @@ class Confidence:
         Raises
         ------
         ValueError
-            If the network sees what a pose does not have.
+            If the inputs of the network are not those of a pose.
         """
         if network.inputs not in ("rotation", "plane"):
-            raise ValueError(f"network sees {network.inputs!r}; 'rotation' and 'plane' can be exported")
+            raise ValueError(f"inputs are {network.inputs!r}; 'rotation' and 'plane' can be exported")
         scaling = network.scaling("in")
         layers = tuple(_layers([*network.encoder, *network.confidence]))
-        return cls(network.inputs, scaling.centre.numpy(), scaling.unit.numpy(), layers)
+        return cls(network.inputs, scaling.centre, scaling.unit, layers)
 
     def __call__(self, links: TensorLike, T_base_tool: TensorLike) -> Float64[Tensor, "*batch"]:
         """Confidence from 0 to 1 that poses (..., 4, 4) are in reach of arms with links (..., 4) [m]."""
@@ -183,9 +178,8 @@ class Confidence:
             x = torch.cat([links, across, position[..., 2:]], -1)
         else:
             x = torch.cat([links, position, T[..., :3, :3].expand(*batch, 3, 3).flatten(-2)], -1)
-        x = (x - torch.from_numpy(self.centre)) / torch.from_numpy(self.unit)
-        for layer in self.layers:
-            weights, biases, slope = map(torch.from_numpy, layer)
+        x = (x - self.centre) / self.unit
+        for weights, biases, slope in self.layers:
             x = x @ weights.mT + biases
             x = torch.where(x < 0, slope * x, x)
         return x[..., 0].sigmoid()
@@ -196,24 +190,22 @@ def _layers(parts: list[torch.nn.Module]) -> list[Layer]:
     for module in parts:
         if isinstance(module, torch.nn.Linear):
             weights, biases = (_numbers(values) for values in (module.weight, module.bias))
-            layers.append(Layer(weights, biases, np.ones(len(biases))))
+            layers.append(Layer(weights, biases, torch.ones_like(biases)))
         elif isinstance(module, torch.nn.BatchNorm1d):
-            scale = _numbers(module.weight) / np.sqrt(_numbers(module.running_var) + module.eps)
+            scale = _numbers(module.weight) / (_numbers(module.running_var) + module.eps).sqrt()
             last = layers[-1]
             shifted = scale * (last.biases - _numbers(module.running_mean)) + _numbers(module.bias)
             layers[-1] = Layer(scale[:, None] * last.weights, shifted, last.slope)
         elif isinstance(module, torch.nn.PReLU):
             last = layers[-1]
-            layers[-1] = last._replace(
-                slope=np.broadcast_to(_numbers(module.weight), last.biases.shape).copy()
-            )
+            layers[-1] = last._replace(slope=_numbers(module.weight).expand_as(last.biases))
     return layers
 
 
-def _numbers(values: Tensor | None) -> Array:
+def _numbers(values: Tensor | None) -> Tensor:
     if values is None:
         raise ValueError("a layer of the network has no weights of its own")
-    return values.detach().double().cpu().numpy()
+    return values.detach().double().cpu()
 
 
 def confidence_module(confidence: Confidence) -> str:

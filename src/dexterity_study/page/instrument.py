@@ -184,7 +184,8 @@ class Instrument:
             if len(set(names)) < len(names):
                 raise ValueError(f"{kind} are {names}; each needs a name of its own")
         sliders = [control for control in self.controls if isinstance(control, Slider)]
-        for part in (*sliders, *readouts):
+        parts: list[Slider | Readout] = [*sliders, *readouts]
+        for part in parts:
             if part.unit not in UNITS:
                 raise ValueError(f"{part.name} is in {part.unit!r}; {', '.join(UNITS)} are known")
         starts = {slider.name: slider.start for slider in sliders}

@@ -50,8 +50,8 @@ def instrument() -> Instrument:
             ],
         },
         drawings=[
-            Drawing("side", "Side view: y to the right, z upwards", (-1.1, 2.3, -1.0, 1.0)),
-            Drawing("top", "Top view: y to the right, x downwards", (-1.1, 2.3, -1.0, 1.0)),
+            Drawing("side", "Side view: y to the right, z upwards", (-1.35, 2.25, -1.1, 1.1)),
+            Drawing("top", "Top view: y to the right, x downwards", (-1.35, 2.25, -1.1, 1.1)),
         ],
         modules=_modules(),
         script=script_beside(__package__),

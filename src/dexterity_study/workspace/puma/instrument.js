@@ -64,7 +64,7 @@ export function values(inputs, context) {
 
 export function draw({ map, reach }, inputs, { modules, data, stages: { section: stage } }) {
   const { xs, ys, truth, guess, trained } = map, { radius, height, azimuth } = inputs, [, , bottom, top] = data.extent;
-  const classes = [[true, true, "sky blue"], [false, true, "vermillion"], [true, false, "text"]];
+  const classes = [[true, true, "sky blue"], [false, true, "vermillion"], [true, false, "reddish purple"]];
   for (const [isReached, isGuessed, color] of classes) {
     for (const isTrained of [true, false]) {
       const member = i => truth[i] === isReached && guess[i] === isGuessed && trained[i] === isTrained;

@@ -73,7 +73,7 @@ def instrument() -> Instrument:
         drawings=[
             Drawing(
                 "section",
-                "Section through axis 1 and the tool. Blue: in reach by both; red: by the network only; black: by the rule only; dashed: trained space",
+                "Section through axis 1 and the tool. Blue: in reach by both; red: by the network only; purple: by the rule only; dashed: trained space",
                 EXTENT,
             ),
         ],
