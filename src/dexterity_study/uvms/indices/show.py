@@ -8,7 +8,7 @@ import torch
 from matplotlib.figure import Figure
 
 from dexterity import robots, scenes
-from dexterity.indices import Ellipsoid, Index, normalise, velocity_ellipsoid
+from dexterity.indices import Ellipsoid, Frame, Index, normalise, velocity_ellipsoid
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
@@ -64,7 +64,7 @@ def frames_along_y() -> Figure:
     """Draw both indices in two frames while the vehicle starts at different places along y."""
     q = torch.zeros(121, 12)
     q[:, 1] = torch.linspace(-3, 3, 121)
-    titles = {"spatial": "world's origin (paper)", "geometric": "tool"}
+    titles: dict[Frame, str] = {"spatial": "world's origin (paper)", "geometric": "tool"}
     fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 3.8), sharex=True)
     for ax, name in zip(panels, ("manipulability", "kinematic_conditioning"), strict=True):
         for (frame, title), line in zip(titles.items(), ("-", "--"), strict=True):

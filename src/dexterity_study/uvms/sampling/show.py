@@ -14,8 +14,9 @@ from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED
 from dexterity_study.uvms.sampling import experiment
-from dexterity_study.uvms.sampling.experiment import CHOICES
+from dexterity_study.uvms.sampling.experiment import CHOICES, FROM_VEHICLE
 from dexterity_study.uvms.sampling.verdicts import TURNED
 
 ERRORS = ("testing_error", "between", "fresh")
@@ -27,8 +28,8 @@ def wider_spaces(stored: Evidence) -> Figure:
     rows = _percent(stored["extensions"].where())
     fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 4.6))
     networks = {
-        "w": ((experiment.AS_PRINTED, 8), (experiment.AS_PRINTED, 40)),
-        "KCI": ((experiment.AS_PRINTED, 25), (experiment.FROM_VEHICLE, 40)),
+        "w": ((AS_PRINTED, 8), (AS_PRINTED, 40)),
+        "KCI": ((AS_PRINTED, 25), (FROM_VEHICLE, 40)),
     }
     labels = ("network of the paper", "best network tried")
     for ax, (index, pair) in zip(panels, networks.items(), strict=True):
@@ -104,7 +105,7 @@ def error_by_rows(stored: Evidence, live: Table) -> Figure:
     fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.8))
     groups = _percent(stored["training_sets"].where()).groupby(["index", "method"], sort=False)
     for color, ((index, method), rows) in enumerate(groups):
-        ax.plot(rows.groupby("rows")["fresh"].median(), "o-", label=f"{index}, {METHODS[method]}")
+        ax.plot(rows.groupby("rows")["fresh"].median(), "o-", label=f"{index}, {METHODS[str(method)]}")
         ax.plot(rows["rows"], rows["fresh"], ".", color=f"C{color}", alpha=0.3)
     ax.axhline(100 * _limit(), color="#1F2933", linestyle=":", label="limit of the paper")
     ax.plot(live.rows["rows"], 100 * live.rows["fresh"], "x", color="#1F2933", label="live, seed 0")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -75,7 +77,7 @@ def agreement(stored: Evidence) -> Figure:
     fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.6))
     ax.axvline(0, color="#595959", linewidth=1)
     for row, (pair, title) in enumerate(titles.items()):
-        marks = (
+        marks: tuple[tuple[Any, str, dict[str, Any], str], ...] = (
             (taus[pair], "oC0", {"alpha": 0.25, "mec": "none"}, "draw of 100"),
             ([taus[pair].median()], "|", {"color": "#1F2933", "ms": 13, "mew": 2.5}, "median"),
             ([of_300[pair]], "DC1", {"ms": 7, "mfc": "none"}, "median (300)"),
