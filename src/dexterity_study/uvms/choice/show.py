@@ -86,7 +86,7 @@ def shipped(stored: Evidence) -> Markup:
 
 def errors_by_way(stored: Evidence) -> Figure:
     """Draw the largest error for KCI by way of training, every seed a dot."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 4.0))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.8))
     for metric, label, marker in (("sampled", "largest sampled", "o"), ("worst", "worst case found", "^")):
         errors = 100 * stored["ways"].by_seed(metric, over="way").rename(columns=_WAYS)
         color = ax.plot(errors.median(), errors.columns, marker, ms=7, label=label)[0].get_color()
