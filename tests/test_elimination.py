@@ -1,7 +1,5 @@
 """Recorded linear algebra against numpy's, on matrices with and without zeros in them."""
 
-import doctest
-
 import numpy as np
 import pytest
 import sympy
@@ -234,9 +232,3 @@ def test_laguerres_iteration_never_oversteps_a_root(rng, name):
 def test_laguerres_iteration_takes_few_steps_to_a_simple_root_and_tens_to_a_quadruple_one(rng):
     assert len(approach(squares_with(rng, SPECTRA["simple"]), -1)) <= 8
     assert 20 <= len(approach(squares_with(rng, SPECTRA["four times the smallest"]), -1)) <= 40
-
-
-def test_the_worked_example_is_what_it_prints():
-    outcome = doctest.testmod(elimination)
-    assert outcome.attempted > 5
-    assert outcome.failed == 0

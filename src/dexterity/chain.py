@@ -4,6 +4,15 @@ A chain is given by its screws and its tool pose at home (product of exponential
 Sastry 1994, section 3.2). Internally each joint carries a frame with z along its axis, so that the
 product of exponentials becomes L₀ Z(q₁) L₁ Z(q₂) … Z(qₙ) Lₙ with constant links Lᵢ and motions Z
 along or about z: a motion then mixes two columns of a rotation instead of multiplying 4×4 matrices.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> arm = dx.Chain.from_dh([{"a": 0.5}, {"a": 0.25}])
+>>> arm.forward([0, 0])[:3, 3].tolist()
+[0.75, 0.0, 0.0]
+>>> arm.geometric_jacobian([[0, 0], [0, 1], [1, 0]]).shape
+torch.Size([3, 6, 2])
 """
 
 from __future__ import annotations

@@ -9,6 +9,9 @@ Examples
 A planar arm of two joints, in the axes of its first link: l is the length of that link, (x, y) the vector
 from the second joint to the tool. The determinant of its Jacobian takes one step per minor:
 
+>>> import sympy
+>>> from dexterity.elimination import VANISHING, determinant, triangularise
+>>> from dexterity.program import Recorder
 >>> l, x, y = sympy.symbols("l x y", real=True)
 >>> J = [[-y, -y], [l + x, x]]
 >>> record = Recorder("t")

@@ -3,6 +3,16 @@
 The manipulability w and the kinematic conditioning index KCI of Sotiropoulos & Aspragathos (2016),
 Eqs. 7–10, for Jacobians with any number of rows and columns. Everything is computed from the singular
 values of J itself: squaring J loses half the digits near a singularity and can turn a zero into NaN.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> puma, q = dx.robots.puma560(), [0.0, 0.5, 0.25, 0.0, 0.5, 0.0]
+>>> w = dx.indices.Index("manipulability").bind(puma)
+>>> round(float(w(q)), 4)
+0.0087
+>>> dx.indices.velocity_ellipsoid(puma.geometric_jacobian(q), "translational").semi_axes.shape
+torch.Size([3])
 """
 
 from __future__ import annotations

@@ -4,6 +4,17 @@ A subproblem turns a point about one or two axes to where it is wanted. The wris
 the last three joints: where it is gives the first three, up to four times; the rest of the pose gives the
 wrist, twice each (Murray, Li & Sastry 1994, section 3.3; Pieper 1968 for axes that neither meet nor are
 parallel). Axes are screws [v; ω] with ‖ω‖ = 1, as those of a chain.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> puma = dx.robots.puma560()
+>>> T = puma.forward([0.0, 0.5, 0.25, 0.0, 0.5, 0.0])
+>>> q, valid = dx.inverse_kinematics.spherical_wrist(puma, T)
+>>> q.shape, int(valid.sum())
+(torch.Size([8, 6]), 8)
+>>> bool((puma.forward(q[valid]) - T).abs().max() < 1e-9)
+True
 """
 
 from __future__ import annotations

@@ -4,6 +4,16 @@ A :class:`Recorder` gives every new expression a name and hands the same name ou
 comes again, up to its sign. What it recorded becomes a :class:`Program`, in the form of sympy's own
 common-subexpression elimination, so that one derivation can be counted, differentiated and printed in
 several languages.
+
+Examples
+--------
+>>> import sympy
+>>> from dexterity.program import Recorder, gradient
+>>> x, y = sympy.symbols("x y")
+>>> record = Recorder("t")
+>>> program = record.program((x, y), [record(y * record(sympy.sin(x)))])
+>>> program.steps, gradient(program).nested()
+(((t0, sin(x)), (t1, t0*y)), (y*sin(x), y*cos(x), sin(x)))
 """
 
 from __future__ import annotations

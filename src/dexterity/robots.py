@@ -3,6 +3,16 @@
 A description gives its joints either by axes, each one step after the joint before it, or by
 standard Denavit–Hartenberg rows. A step is a sum of named lengths times directions, so that a length
 can be changed by name: ``uvms(l2=0.5)``.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> dx.robots.names()
+('docking_arm', 'fanuc_am120ib', 'puma560', 'uvms')
+>>> dx.robots.puma560().joint_names
+('waist', 'shoulder', 'elbow', 'wrist roll', 'wrist pitch', 'flange')
+>>> dx.robots.uvms(l2=0.5).home[:3, 3].tolist()
+[0.0, 1.65, 0.0]
 """
 
 from __future__ import annotations

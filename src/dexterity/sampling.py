@@ -9,6 +9,15 @@ References
 ----------
 Sotiropoulos & Aspragathos (2016), sections 3.1 and 4.2; its assumptions on sampling in
 ``data/papers/sotiropoulos2016.toml``.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> uvms, space = dx.robots.uvms(), dx.sampling.uvms_space("manipulability")
+>>> w = dx.indices.Index("manipulability").bind(uvms)
+>>> data = dx.sampling.data_sets(w, space, train=100, test=20, validation=20)
+>>> data.train.q.shape, bool(space.contains(data.test.q).all())
+(torch.Size([100, 12]), True)
 """
 
 from __future__ import annotations

@@ -3,6 +3,16 @@
 Twists are [v; ω], poses are homogeneous 4×4 matrices, and every function works on any number of
 leading batch axes. Formulas follow Murray, Li & Sastry (1994), chapter 2 and appendix A; the series
 and the quaternion keep them exact to rounding near zero and near a rotation by π.
+
+Examples
+--------
+>>> import math
+>>> import dexterity as dx
+>>> T = dx.spatial.exp([0, 0, 0, 0, 0, math.pi / 2])
+>>> dx.spatial.apply(T, dx.spatial.to_float64([1, 0, 0], "p")).round(decimals=9).tolist()
+[0.0, 1.0, 0.0]
+>>> dx.spatial.adjoint(T).shape
+torch.Size([6, 6])
 """
 
 from __future__ import annotations

@@ -3,6 +3,14 @@
 A content key names a value by what it is: equal values have equal keys in every process and on every
 machine, and values that a computation could tell apart have different ones. Results are remembered
 under such keys.
+
+Examples
+--------
+>>> from dexterity import store
+>>> store.content_key("puma560", 1.0) == store.content_key("puma560", 1)
+False
+>>> store.data_path("robots", "puma560.toml").is_file()
+True
 """
 
 import dataclasses

@@ -2,6 +2,15 @@
 
 The mapping is that of Sotiropoulos & Aspragathos (2016), Table 1 and section 2.3, kept in
 ``data/tasks.toml``.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> dx.tasks.index_for("welding").name
+'kinematic_conditioning'
+>>> straight, bent = [0.0] * 12, [0.0] * 8 + [1.5] + [0.0] * 3
+>>> dx.tasks.rank(dx.robots.uvms(), [straight, bent], "welding").order.tolist()
+[1, 0]
 """
 
 from __future__ import annotations

@@ -1,4 +1,16 @@
-"""How a large flexible log crane is positioned: paper D."""
+"""How a large flexible log crane is positioned: paper D.
+
+Examples
+--------
+The rigid tip [m], and its vertical deflection [mm] under 200 kg:
+
+>>> import dexterity as dx
+>>> strokes = [0.25, 0.5, 1.0]
+>>> [round(coordinate, 1) for coordinate in dx.crane.tip_position(strokes).tolist()]
+[3.7, -0.7]
+>>> round(1000 * float(dx.crane.deflection(strokes, payload=200.0)[1]))
+-22
+"""
 
 from dexterity.crane import positioning
 from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS, TrainingSet, training_set

@@ -2,6 +2,15 @@
 
 Sections 3.3 and 4 of Rouvinen (1999): a grid of strokes and payloads with the tip of the flexible crane, and
 25 points to be reached with five payloads.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> len(dx.crane.TEST_POINTS), len(dx.crane.TEST_PAYLOADS)
+(25, 5)
+>>> data = dx.crane.training_set()
+>>> data.rows.shape, data.columns[:4]
+(torch.Size([3670, 8]), ('s1', 's2', 's3', 'payload'))
 """
 
 from __future__ import annotations

@@ -1,4 +1,12 @@
-"""What a crane is made of: ``data/robots/patu655.toml``, read strictly."""
+"""What a crane is made of: ``data/robots/patu655.toml``, read strictly.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> crane = dx.crane.patu655()
+>>> crane.name, crane.upper, crane.rating
+('patu655', (0.535, 0.78, 1.6), 500.0)
+"""
 
 from __future__ import annotations
 

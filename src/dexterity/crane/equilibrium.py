@@ -2,6 +2,15 @@
 
 At rest a structure has the least potential that its constraints allow. Both are written once, as functions of
 the coordinates; the forces and the stiffness of a Newton step are their derivatives.
+
+Examples
+--------
+Vertical deflection of the tip [mm] under 200 kg:
+
+>>> import dexterity as dx
+>>> sag = dx.crane.corotational_deflection([0.25, 0.5, 1.0], payload=200.0)
+>>> bool(sag.converged), round(1000 * float(sag.deflection[1]))
+(True, -22)
 """
 
 from __future__ import annotations

@@ -8,6 +8,15 @@ sense of d: then the potential energy changes by λ·d, and the joint rests wher
 of its play. What that does to the tip follows from the force λₑ with which the joint holds 1 N at the tip,
 since the work is the same: u = −λₑ·d. The structure is statically determinate, so that all of this is
 equilibrium, and exact to first order in the play.
+
+Examples
+--------
+>>> import torch
+>>> import dexterity as dx
+>>> crane = dx.crane.existing_crane(dx.crane.Differences(play=0.001), torch.Generator().manual_seed(0))
+>>> strokes, payload = torch.tensor([[0.25, 0.5, 1.0]]).double(), torch.tensor([200.0]).double()
+>>> bool((crane.tip(strokes, payload) - dx.crane.flexible_tip(strokes, payload)).norm() > 0.001)
+True
 """
 
 from __future__ import annotations

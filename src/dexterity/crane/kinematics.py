@@ -3,6 +3,14 @@
 Appendix A of Rouvinen (1999). The lift cylinder turns the lift arm through a triangle, the jib cylinder turns
 the jib arm through a four-bar linkage, the extension slides along the jib. All is in the plane of the crane,
 x ahead and y up, [m] and [rad], with the origin at the foot of the pillar.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> tip = dx.crane.tip_position([0.25, 0.5, 1.0])
+>>> reach = dx.crane.inverse(tip, extension=1.0)
+>>> bool(reach.reached), [round(stroke, 6) for stroke in reach.strokes.tolist()]
+(True, [0.25, 0.5, 1.0])
 """
 
 from __future__ import annotations

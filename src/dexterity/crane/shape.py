@@ -1,6 +1,15 @@
 """The shape of a loaded crane: where all its nodes go, and the bars that it is drawn with.
 
 By linear statics, as :func:`~dexterity.crane.structure.deflection`, which is what becomes of the last node.
+
+Examples
+--------
+>>> from dexterity.crane.shape import bars
+>>> drawn = bars([0.25, 0.5, 1.0])
+>>> sorted(set(drawn.parts))
+['cylinders', 'extension', 'jib arm', 'lift arm', 'linkage', 'pillar']
+>>> drawn.loaded(200.0, magnified=10.0).shape == drawn.ends.shape
+True
 """
 
 from __future__ import annotations

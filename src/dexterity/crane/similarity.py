@@ -3,6 +3,14 @@
 Kinematics has no scale: a crane of half the size reaches half as far with half the strokes. Its structure
 has one. Weights go with the cube of the size and stiffnesses against bending, as forces over lengths, with
 its first power, so that a smaller crane sags less even as a share of its size.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> half = dx.crane.scaled(dx.crane.patu655(), 0.5)
+>>> tips = dx.crane.tip_position([0.25, 0.5, 1.0]), dx.crane.tip_position([0.125, 0.25, 0.5], half)
+>>> bool((tips[1] - tips[0] / 2).norm() < 1e-9)
+True
 """
 
 from __future__ import annotations

@@ -2,6 +2,14 @@
 
 The area is given by control points; at each the tool's orientation is fixed in the world. A point counts with
 the best of the configurations that reach it within the joint limits, and the area with its worst point.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> arm, corners = dx.robots.docking_arm(), dx.docking.square(0.2)
+>>> solutions = dx.docking.configurations(arm, [-0.4, -0.2, 0.2, 0.84], corners)
+>>> solutions.q.shape, solutions.within_limits.any(-1).tolist()
+(torch.Size([4, 8, 6]), [True, True, True, True])
 """
 
 from __future__ import annotations

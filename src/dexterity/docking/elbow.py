@@ -6,6 +6,16 @@ With the wrist's centre at the tool point, r ahead and h above the shoulder in t
 
 and all four branches of the arm follow from square roots alone: a limit of an angle is looked at through its
 cosine and sine. The two branches of the wrist have the same w.
+
+Examples
+--------
+>>> import torch
+>>> import dexterity as dx
+>>> from dexterity.docking.elbow import ElbowArm
+>>> near, far, down = torch.tensor([[0.5, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, -1.0]]).double()
+>>> elbow = ElbowArm.of(dx.robots.docking_arm())
+>>> [bool(elbow.manipulability(point, axis=down) > 0) for point in (near, far)]
+[True, False]
 """
 
 from __future__ import annotations

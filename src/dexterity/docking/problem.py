@@ -1,4 +1,14 @@
-"""The docking problem, Eqs. 3–15 of Sotiropoulos, Aspragathos & Andritsos (2011), solved in two ways."""
+"""The docking problem, Eqs. 3–15 of Sotiropoulos, Aspragathos & Andritsos (2011), solved in two ways.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> problem = dx.docking.DockingProblem(dx.robots.docking_arm())
+>>> options = dx.search.GeneticOptions(population=20, generations=10)
+>>> docking = dx.docking.genetic_docking(problem, seed=0, options=options)
+>>> docking.pose.shape, bool(problem.allows(docking.pose)), docking.fitness > 0
+(torch.Size([4]), True, True)
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Networks that stand in for dexterity indices: made, trained, judged, and exported."""
+"""Networks that stand in for dexterity indices: made, trained, judged, and exported.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
+>>> q = [0.0, 0.0, 0.0, 0.0, 0.1, -0.1, 0.0, 0.1, 0.2, 0.1, -0.1, 0.0]
+>>> bool(abs(network(q) / w(q) - 1) < 0.002)
+True
+"""
 
 from dexterity.networks import (
     baselines,

@@ -1,6 +1,15 @@
 """What any network must beat: a constant, polynomials, and boosted trees, fitted to the same data.
 
 A network that errs by two per cent is no achievement where a constant does.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.networks import baselines
+>>> from dexterity.sampling import DataSet
+>>> q = torch.tensor([[0.0], [1.0], [2.0]], dtype=torch.float64)
+>>> baselines.constant(DataSet(q, torch.tensor([1.0, 2.0, 3.0], dtype=torch.float64))).value
+1.5
 """
 
 from __future__ import annotations

@@ -2,6 +2,16 @@
 
 A card is what :func:`dexterity.networks.save` keeps beside the weights, so that whoever loads a network
 later knows what it approximates, where, and how well.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import card, worst_case
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> w, few = dx.indices.Index("manipulability").bind(dx.robots.uvms()), worst_case.Search(256, 16, 8, 5)
+>>> space = dx.sampling.uvms_space("manipulability")
+>>> card.describe(network, w, space, seed=5, count=1000, search=few)["neurons"]
+8
 """
 
 from __future__ import annotations

@@ -2,6 +2,16 @@
 
 Hidden neurons are added one at a time until a network passes the test. The loop of radial-basis networks,
 Fig. 6b, is offered here too; it lives in :mod:`dexterity.networks.radial_basis_design`.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import design, network, problem
+>>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
+>>> data = dx.sampling.data_sets(w, dx.sampling.uvms_space("manipulability"), train=200, test=100)
+>>> learned = problem.DesignProblem(network.View(12, [4, 5, 6, 7, 8, 9, 10]), data)
+>>> design.design_feed_forward(learned, progress=False).success
+True
 """
 
 from __future__ import annotations

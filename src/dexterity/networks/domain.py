@@ -1,6 +1,15 @@
 """Where a network may be asked: inside the space that it was trained on, and nowhere else.
 
 Outside it a network answers with a number like any other, and nothing in the number tells.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks.domain import Guarded
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> guarded = Guarded(network, dx.sampling.uvms_space("manipulability"))
+>>> guarded.ask([[0.0] * 12, [0.0] * 8 + [1.5, 0.0, 0.0, 0.0]]).inside.tolist()
+[True, False]
 """
 
 from __future__ import annotations

@@ -2,6 +2,14 @@
 
 A C file needs ``math.h`` alone; sixteen configurations are worked on side by side, and exponentials are
 computed in place, so that a compiler turns all of it into vector instructions.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import export
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> "w_batch(" in export.c_source(network, "w"), "export function value" in export.javascript_module(network)
+(True, True)
 """
 
 from __future__ import annotations

@@ -3,6 +3,16 @@
 Eqs. 13–16 of Sotiropoulos & Aspragathos (2016), with the scaling of inputs and outputs inside, and three more
 ways to read the output: two that keep errors relative, and one with the shape of an index that depends on
 two singular values which meet.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.networks.feed_forward import FeedForward
+>>> from dexterity.networks.network import View
+>>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+>>> network = FeedForward.untrained(View(1, [0]), 5, q, q.sin()[:, 0], torch.Generator().manual_seed(0))
+>>> network.neurons, network(q).shape
+(5, torch.Size([50]))
 """
 
 from __future__ import annotations

@@ -3,6 +3,16 @@
 A file is an archive that numpy reads by itself: the arrays of the network, and a header in JSON that says
 what they are. The archive's comment, the last bytes of the file, holds the SHA-256 sum of all bytes before
 it, so that no file that was cut or changed is taken for a network. Equal networks make equal files.
+
+Examples
+--------
+>>> import tempfile
+>>> import dexterity as dx
+>>> network = dx.networks.load_shipped(dx.networks.shipped()[0])
+>>> with tempfile.TemporaryDirectory() as folder:
+...     dx.networks.save(network, f"{folder}/network.npz", network.card)
+...     dx.networks.load(f"{folder}/network.npz").card == network.card
+True
 """
 
 from __future__ import annotations

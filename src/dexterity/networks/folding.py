@@ -1,4 +1,13 @@
-"""What exported code computes of a network: all scaling worked into the weights, its view as a program."""
+"""What exported code computes of a network: all scaling worked into the weights, its view as a program.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import folding
+>>> folded = folding.folded(dx.networks.load_shipped("uvms-manipulability-feed-forward"))
+>>> folded.hidden.shape
+(8, 7)
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,16 @@
 The loop of Fig. 6b of Sotiropoulos & Aspragathos (2016): a neuron is placed at the training input with the
 largest error, the output layer is solved anew, and the testing error decides when to stop. What the paper
 leaves out is chosen as the assumptions of ``uvms.radial_basis`` in ``data/papers/sotiropoulos2016.toml`` say.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import growth, network, problem
+>>> space = dx.sampling.Box([-1, -1], [1, 1], levels=21)
+>>> data = dx.sampling.data_sets(lambda q: 2 + q[:, 0].sin(), space, train=100, test=50, validation=50)
+>>> grown = growth.grow(problem.DesignProblem(network.View(2, [0, 1]), data), spread=1.0)
+>>> grown.success, grown.neurons
+(True, 20)
 """
 
 from __future__ import annotations

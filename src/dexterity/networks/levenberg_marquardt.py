@@ -2,6 +2,16 @@
 
 The step of Eq. 20 of Sotiropoulos & Aspragathos (2016) for a stack of networks of one size: restarts and
 seeds share every matrix product, and a network that has stopped leaves the stack.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.networks import levenberg_marquardt, network, train
+>>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+>>> (start,) = train.initial_networks(network.View(1, [0]), 4, q, q.sin()[:, 0], seeds=[0])
+>>> options = levenberg_marquardt.Options(goal=1e-6)
+>>> levenberg_marquardt.levenberg_marquardt(start, q, q.sin()[:, 0], options).success
+True
 """
 
 from __future__ import annotations

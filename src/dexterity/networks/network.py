@@ -3,6 +3,16 @@
 A network looks at some of the joints and, if it is told to, at the world's origin as one of the links sees
 it. What it looks at is the same for all kinds of networks; how it answers is their own. Weights and scaling
 are parameters and buffers of a torch module, so that they move between devices and are saved together.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks.network import View
+>>> view = View(12, [8, 10])
+>>> view.width, view([[0.0] * 8 + [0.5, 0.0, 1.0, 0.0]]).tolist()
+(2, [[0.5, 1.0]])
+>>> dx.networks.load_shipped("uvms-manipulability-feed-forward").inputs
+(4, 5, 6, 7, 8, 9, 10)
 """
 
 from __future__ import annotations

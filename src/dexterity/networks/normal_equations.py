@@ -2,6 +2,17 @@
 
 The network's Jacobian is written out, but never kept: only the sums over the rows of the training set are,
 taken over pieces of the rows that stay in a processor's cache. Networks of a stack share every product.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.networks import network, normal_equations, train
+>>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+>>> networks = train.initial_networks(network.View(1, [0]), 4, q, q.sin()[:, 0], seeds=[0, 1])
+>>> layout = normal_equations.Layout.of(networks[0])
+>>> rows = normal_equations.TrainingSet.of(networks, q[None], q.sin()[None])
+>>> [part.shape for part in normal_equations.normal_equations(layout, layout.pack(networks), rows)]
+[torch.Size([2, 13, 13]), torch.Size([2, 13])]
 """
 
 from __future__ import annotations

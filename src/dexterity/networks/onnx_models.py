@@ -1,4 +1,13 @@
-"""Networks as ONNX models, in double precision: joint values in, the index out."""
+"""Networks as ONNX models, in double precision: joint values in, the index out.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import onnx_models
+>>> model = onnx_models.onnx_model(dx.networks.load_shipped("uvms-manipulability-feed-forward"))
+>>> [variable.name for variable in (*model.graph.input, *model.graph.output)]
+['q', 'value']
+"""
 
 from __future__ import annotations
 

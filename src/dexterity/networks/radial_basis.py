@@ -1,6 +1,15 @@
 """Radial-basis networks: one hidden layer of bells about centres, and a linear output.
 
 Eqs. 16–18 of Sotiropoulos & Aspragathos (2016). They are grown by :mod:`dexterity.networks.growth`.
+
+Examples
+--------
+>>> from dexterity.networks.network import View
+>>> from dexterity.networks.radial_basis import RadialBasis
+>>> arrays = {"centres": [[0.0], [1.0]], "spread": 0.5, "output_weights": [1.0, -1.0], "output_bias": 2.0}
+>>> network = RadialBasis(View(1, [0]), arrays | {"input_scale": [1.0]})
+>>> network.neurons, network([[0.5]]).tolist()
+(2, [2.0])
 """
 
 from __future__ import annotations

@@ -3,6 +3,16 @@
 Least squares leaves the largest errors where training sets have few rows, at the faces and corners of the
 space. Two remedies are offered: rows that lie on the faces, and rounds of training in which the worst points
 found so far, by ascent, join the training set.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import network, recipes
+>>> space = dx.sampling.Box([-1, -1], [1, 1])
+>>> recipe = recipes.Recipe(neurons=3, rows=64, epochs=20)
+>>> trained = recipes.prepare(recipe, network.View(2, [0, 1]), lambda q: 2 + q[..., 0].sin(), space, [0, 1])
+>>> [network.neurons for network in trained]
+[3, 3]
 """
 
 from __future__ import annotations

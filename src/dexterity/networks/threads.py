@@ -1,4 +1,13 @@
-"""One thread for what must come out the same wherever it is computed."""
+"""One thread for what must come out the same wherever it is computed.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.networks.threads import one_thread
+>>> with one_thread():
+...     torch.get_num_threads()
+1
+"""
 
 from __future__ import annotations
 

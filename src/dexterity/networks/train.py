@@ -2,6 +2,16 @@
 
 Networks of one size share every matrix product, see :mod:`dexterity.networks.levenberg_marquardt`. A call
 with one seed gives the bits that a training by itself gives; several seeds differ from that by rounding.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.networks import levenberg_marquardt, network, train
+>>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+>>> options = levenberg_marquardt.Options(goal=1e-6)
+>>> trainings = train.for_seeds(network.View(1, [0]), 4, q, q.sin()[:, 0], [0, 1, 2], options)
+>>> [training.success for training in trainings]
+[True, True, True]
 """
 
 from __future__ import annotations

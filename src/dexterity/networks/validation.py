@@ -3,6 +3,16 @@
 The largest error on the test set at which a design loop stopped says little about other points, since the
 loop goes on until a network happens to pass. What is told here is the whole distribution of the error on
 fresh points, and how much the stopping rule flatters.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import validation
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
+>>> errors = validation.error_distribution(network, w, dx.sampling.uvms_space("manipulability"), count=1000)
+>>> errors.count, errors.maximum < 0.002
+(1000, True)
 """
 
 from __future__ import annotations

@@ -4,6 +4,17 @@ Sampling finds a large error only where large errors are common. From the worst 
 corners of the space, where approximations are least held in place, a search climbs on the relative error
 with the gradients of the approximation and of the index. What it finds is a lower bound of the worst case,
 as every sampled maximum is, only a better one.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks.worst_case import Search, worst_case
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
+>>> few = Search(samples=256, corners=16, starts=8, steps=5)
+>>> worst = worst_case(network, w, dx.sampling.uvms_space("manipulability"), few)
+>>> worst.error > worst.sampled
+True
 """
 
 from __future__ import annotations

@@ -8,6 +8,15 @@ same scene gives the same bytes.
 The page is ``scene.html`` in this folder: an iframe with everything in it but the viewer's script, which all
 scenes of a book share. :func:`~dexterity.scenes.viewer.copy_viewer` puts it where they look for it, and
 :func:`~dexterity.scenes.page.standalone` into the scenes themselves, for a notebook.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> scene = dx.scenes.Scene("A PUMA 560")
+>>> scene.add_chain(dx.robots.puma560(), [0.0, 0.5, 0.25, 0.0, 0.5, 0.0], name="arm")
+>>> scene.add_sliders("arm")
+>>> scene.title
+'A PUMA 560'
 """
 
 from dexterity.scenes.mechanisms import Body, Slider

@@ -1,4 +1,11 @@
-"""Colours of scenes and figures, which stay apart in every common colour blindness."""
+"""Colours of scenes and figures, which stay apart in every common colour blindness.
+
+Examples
+--------
+>>> from dexterity.scenes.colors import COLORS
+>>> COLORS["blue"]
+'#0072B2'
+"""
 
 from __future__ import annotations
 

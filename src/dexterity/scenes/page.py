@@ -1,4 +1,14 @@
-"""HTML of a scene: an iframe with everything in it but the viewer's script, which all scenes share."""
+"""HTML of a scene: an iframe with everything in it but the viewer's script, which all scenes share.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> scene = dx.scenes.Scene("A PUMA 560")
+>>> scene.add_chain(dx.robots.puma560(), [0.0] * 6)
+>>> shown = dx.scenes.side_by_side(scene).text
+>>> "meshcat" in dx.scenes.standalone(shown), len(dx.scenes.standalone(shown)) > len(shown)
+(True, True)
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,15 @@
-"""Three-dimensional scenes in a page: chains, mechanisms, ellipsoids and paths that the reader can turn."""
+"""Three-dimensional scenes in a page: chains, mechanisms, ellipsoids and paths that the reader can turn.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.scenes.scene import Scene, side_by_side
+>>> uvms, scenes = dx.robots.uvms(), [Scene("straight"), Scene("bent")]
+>>> scenes[0].add_chain(uvms, [0.0] * 12)
+>>> scenes[1].add_chain(uvms, [0.0] * 8 + [1.5, 0.0, 0.0, 0.0])
+>>> side_by_side(*scenes).text.count("<iframe")
+2
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,15 @@
-"""A scene as commands of meshcat's viewer, which the page replays: no server is involved."""
+"""A scene as commands of meshcat's viewer, which the page replays: no server is involved.
+
+Examples
+--------
+>>> import tempfile
+>>> from pathlib import Path
+>>> from dexterity.scenes import copy_viewer
+>>> with tempfile.TemporaryDirectory() as folder:
+...     copy_viewer(folder)
+...     any(file.suffix == ".js" for file in Path(folder).iterdir())
+True
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""Search for the best point of a box: the genetic algorithm of paper B, and grids that need no luck."""
+"""Search for the best point of a box: the genetic algorithm of paper B, and grids that need no luck.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> options = dx.search.ZoomOptions(starts=2, stages=60)
+>>> found = dx.search.zoom_search(lambda x: -(x**2).sum(-1), [-1, -1], [2, 2], [0.25, 0.25], options)
+>>> [abs(round(x, 3)) for x in found.point.tolist()]
+[0.0, 0.0]
+"""
 
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
 from dexterity.search.zoom import ZoomOptions, ZoomSearch, zoom_search

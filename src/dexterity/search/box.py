@@ -1,4 +1,12 @@
-"""What both searches are given: a box, and a function of many points at a time that is to be made large."""
+"""What both searches are given: a box, and a function of many points at a time that is to be made large.
+
+Examples
+--------
+>>> from dexterity.search import box
+>>> lower, upper = box.limits([0, 0], [1, 2])
+>>> box.evaluated(lambda points: points.sum(-1), upper[None]).tolist()
+[3.0]
+"""
 
 from __future__ import annotations
 

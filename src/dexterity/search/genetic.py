@@ -3,6 +3,15 @@
 Sotiropoulos, Aspragathos & Andritsos (2011), section III.B, say no more than that. Chosen here: parents are
 drawn by linear rank, and so is how likely each is to mate; mates swap what is behind one cut; both
 probabilities fall evenly to zero; the fittest is kept as it is. The whole population is worked on at once.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.search import genetic_search
+>>> generator = torch.Generator().manual_seed(0)
+>>> found = genetic_search(lambda x: -((x - 0.5) ** 2).sum(-1), [0, 0], [1, 1], [0.01, 0.01], generator)
+>>> found.value > -0.001, found.stop
+(True, <Stop.STALLED: 'nothing better came for long'>)
 """
 
 from __future__ import annotations

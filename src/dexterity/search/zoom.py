@@ -2,6 +2,14 @@
 
 Neither gradients nor smoothness are asked for, only that the objective is cheap. It finds what the first grid
 does not miss, so the answer is to be checked by a finer one.
+
+Examples
+--------
+>>> from dexterity.search import ZoomOptions, zoom_search
+>>> few = ZoomOptions(starts=2, stages=60)
+>>> found = zoom_search(lambda x: -((x - 0.3) ** 2).sum(-1), [0, 0], [1, 1], steps=[0.25, 0.25], options=few)
+>>> [round(x, 2) for x in found.point.tolist()]
+[0.3, 0.3]
 """
 
 from __future__ import annotations

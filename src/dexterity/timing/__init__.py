@@ -1,4 +1,13 @@
-"""How long things take beside each other, how many instructions they need, and on which machine."""
+"""How long things take beside each other, how many instructions they need, and on which machine.
+
+Examples
+--------
+>>> from dexterity.timing import Way, measure, ratio
+>>> ways = [Way("short sum", lambda: sum(range(9)), 1), Way("long sum", lambda: sum(range(9999)), 1)]
+>>> short, long = measure(ways, rounds=2, seconds=0.01)
+>>> ratio(long, short).value > 1
+True
+"""
 
 from dexterity.timing.machine import Machine, conditions, processor, versions
 from dexterity.timing.measurement import Ratio, Timing, Way, measure, ratio

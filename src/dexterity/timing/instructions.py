@@ -2,6 +2,15 @@
 
 Callgrind runs a program instruction by instruction, so a count is the same at every run, whatever else the
 machine does. It knows vectors of 256 bits, not of 512; times are therefore not those of the same code.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.timing.instructions import instructions_per_configuration
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> count = instructions_per_configuration(dx.networks.export.c_source(network, "w"), "w")
+>>> count is None or count > 100
+True
 """
 
 from __future__ import annotations

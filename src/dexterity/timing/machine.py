@@ -1,4 +1,11 @@
-"""The machine that a result was made on, as far as it can change a number or a time."""
+"""The machine that a result was made on, as far as it can change a number or a time.
+
+Examples
+--------
+>>> from dexterity.timing.machine import Machine
+>>> Machine.present().cores > 0
+True
+"""
 
 import importlib.metadata
 import os

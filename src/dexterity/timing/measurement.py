@@ -3,6 +3,14 @@
 A time says little by itself. All ways are measured in turn, again and again, so that what else the
 machine does hits all alike, and what is told is the ratio of two medians; where the quartiles overlap
 there is none to tell.
+
+Examples
+--------
+>>> from dexterity.timing.measurement import Timing, ratio
+>>> short = Timing.from_times("exact", 1, [1.0, 1.0, 1.25])
+>>> long = Timing.from_times("network", 1, [2.0, 2.0, 2.25])
+>>> ratio(long, short)
+Ratio(value=2.0, distinguishable=True)
 """
 
 from __future__ import annotations

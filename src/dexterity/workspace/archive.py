@@ -1,4 +1,15 @@
-"""Named arrays and a header in one file: an ``.npz`` without pickle, written as a whole or not at all."""
+"""Named arrays and a header in one file: an ``.npz`` without pickle, written as a whole or not at all.
+
+Examples
+--------
+>>> import tempfile
+>>> import torch
+>>> from dexterity.workspace.archive import read_archive, write_archive
+>>> with tempfile.TemporaryDirectory() as folder:
+...     write_archive(f"{folder}/arm.npz", {"arm": "PUMA 560"}, {"links": torch.ones(4)})
+...     read_archive(f"{folder}/arm.npz")[0]
+{'arm': 'PUMA 560'}
+"""
 
 from __future__ import annotations
 

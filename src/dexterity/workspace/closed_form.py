@@ -8,6 +8,15 @@ apart into two blocks of three, and
 
 Where a position is out of reach, a square root has a negative argument, and everything is NaN. The steps are
 recorded once; torch runs them as they are, and :mod:`dexterity.workspace.compiled` prints them in C.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.workspace import closed_form, reachability
+>>> links = torch.tensor([0.15, 0.43, 0.43, 0.02], dtype=torch.float64)
+>>> T = reachability.arm(links).forward([0.0, 0.5, 0.25, 0.0, 0.5, 0.0])
+>>> closed_form.in_torch(reachability.NAMED_BRANCH, "jacobian")(links, T).shape
+torch.Size([36])
 """
 
 from __future__ import annotations

@@ -2,6 +2,12 @@
 
 Sixteen poses are worked on side by side, as in the files of ``dexterity.codegen.c99``. There is no branch
 and no call of a trigonometric function: what is out of reach comes out as NaN by itself.
+
+Examples
+--------
+>>> from dexterity.workspace.compiled import c_source
+>>> "solution_batch" in c_source()
+True
 """
 
 from __future__ import annotations

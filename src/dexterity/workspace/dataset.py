@@ -5,6 +5,13 @@ What is drawn follows the public sampler of the paper's authors. The numbers dâ‚
 
 A set is made of chunks, each from a generator of its own, so that it is the same however many processes share
 the work.
+
+Examples
+--------
+>>> from dexterity.workspace.dataset import confidence_data, features
+>>> data = confidence_data(count=100, seed=0)
+>>> features(data.samples).shape, data.reachable.shape
+(torch.Size([100, 24]), torch.Size([100]))
 """
 
 from __future__ import annotations

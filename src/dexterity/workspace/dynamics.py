@@ -2,6 +2,15 @@
 
 The paper keeps a pose in its Jacobian data only if the arm's inertia at the tool point is even enough. The
 dynamic parameters decide that, and nothing else: no label depends on them.
+
+Examples
+--------
+>>> from dexterity import spatial
+>>> from dexterity.workspace import dataset, dynamics, reachability
+>>> samples = dataset.jacobian_data(count=20, seed=0, poses=5).samples
+>>> q, _ = reachability.inverse(samples.links, spatial.pose(samples.rotation(), samples.position))
+>>> bool((dynamics.asada_ratio(samples.links, samples.dynamics, q) >= 0.03).all())
+True
 """
 
 from __future__ import annotations

@@ -6,6 +6,16 @@ the paper's columns and entries are one choice, and others learn the same with m
 
 A gate stands between the heads: below its threshold no Jacobian is given. That is said by a mask; the paper
 has infinite entries there.
+
+Examples
+--------
+>>> from dexterity.workspace.dataset import jacobian_data
+>>> from dexterity.workspace.jacobian_net import Architecture
+>>> from dexterity.workspace.training import network_for
+>>> data = jacobian_data(count=100, seed=0, dynamics=False)
+>>> network = network_for(Architecture(confidence=(8,), estimation=(8,)), "rotation", "world", data, seed=0)
+>>> network.estimate(data.samples).jacobian.shape
+torch.Size([100, 6, 6])
 """
 
 from __future__ import annotations

@@ -10,6 +10,15 @@ one if all are, to the *total orientation* workspace of a set of orientations if
 *constant orientation* workspace of R if R is; the *orientation* workspace of a position is what is had there.
 On a grid "some" and "all" are of finitely many orientations: a reachable workspace comes out too small, the
 others too large, by what lies between the orientations.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.workspace import maps
+>>> answer = maps.ByBranches(dx.robots.puma560())
+>>> survey = maps.survey(answer, maps.Grid.cube(0.8, per_side=3), maps.rotations(8))
+>>> survey.share.shape, int(survey.reachable.sum())
+(torch.Size([3, 3, 3]), 4)
 """
 
 from __future__ import annotations

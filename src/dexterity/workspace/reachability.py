@@ -10,6 +10,16 @@ for a tool point. The arm reaches every orientation wherever it reaches at all. 
 Everything takes a batch of manipulators beside a batch of poses. One manipulator is a
 :class:`dexterity.chain.Chain` by :func:`arm`, and all its branches come from
 :func:`dexterity.inverse_kinematics.spherical_wrist`.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.workspace.reachability import arm, inverse
+>>> links = [0.15, 0.43, 0.43, 0.02]
+>>> T = arm(links).forward([0.0, 0.5, 0.25, 0.0, 0.5, 0.0])
+>>> q, reached = inverse(links, T)
+>>> bool(reached), bool(torch.allclose(arm(links).forward(q), T))
+(True, True)
 """
 
 from __future__ import annotations

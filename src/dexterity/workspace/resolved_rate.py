@@ -10,6 +10,16 @@ leaves some of it, but does not let it grow.
 References
 ----------
 Whitney, D. E. (1969), Resolved motion rate control of manipulators and human prostheses.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.workspace.resolved_rate import Circle, track
+>>> puma, q = dx.robots.puma560(), [0.0, 0.5, 0.25, 0.0, 0.5, 0.0]
+>>> (x, y, z), R = puma.forward(q)[:3, 3].tolist(), puma.forward(q)[:3, :3].tolist()
+>>> circle = Circle((x - 0.05, y, z), radius=0.05, period=10.0, lean=0.0, orientation=tuple(map(tuple, R)))
+>>> track(circle, puma.forward, puma.geometric_jacobian, q, duration=0.5).completed
+True
 """
 
 from __future__ import annotations

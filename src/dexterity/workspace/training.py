@@ -3,6 +3,16 @@
 A run is a list of epochs, each of one head, with the encoder free or frozen. After every epoch all that the
 next one needs is in the checkpoint, and what an epoch draws follows from the seed and its number alone: a run
 that was killed goes on to the very weights that it would have had.
+
+Examples
+--------
+>>> from dexterity.workspace import dataset, jacobian_net, training
+>>> data = dataset.jacobian_data(count=100, seed=0, dynamics=False)
+>>> architecture = jacobian_net.Architecture(confidence=(8,), estimation=(8,))
+>>> network = training.network_for(architecture, "rotation", "world", data, seed=0)
+>>> rows, options = training.estimation_rows(network, data), training.Options(training.epochs(estimation=2))
+>>> len(training.train(network, {"estimation": rows}, options, seed=0).losses)
+2
 """
 
 from __future__ import annotations

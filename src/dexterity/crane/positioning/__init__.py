@@ -1,4 +1,13 @@
-"""Ways to bring the loaded tip of the crane to a point: the thesis's four, and today's."""
+"""Ways to bring the loaded tip of the crane to a point: the thesis's four, and today's.
+
+Examples
+--------
+>>> from dexterity.crane.positioning import compensate, errors, linear_sag, thesis_task
+>>> task = thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
+>>> placement = compensate(task, linear_sag(), corrections=10)
+>>> bool(errors(task, placement).largest[2] < 1e-6)
+True
+"""
 
 from dexterity.crane.positioning.angle_network import AngleNetworkSag
 from dexterity.crane.positioning.compensation import (

@@ -3,6 +3,15 @@
 The thesis's correction network sees strokes and payload, and has to learn the linkages and a multiplication.
 Both are known. This one sees cosines and sines of the arms' angles and the extension, and answers with the
 sag by own weight and by the rating. It has one row a pose to learn from instead of ten.
+
+Examples
+--------
+>>> import torch
+>>> import dexterity as dx
+>>> data = dx.crane.training_set()
+>>> sag = dx.crane.positioning.AngleNetworkSag.fit(data, 3, torch.Generator().manual_seed(0), epochs=20)
+>>> sag(data.strokes[:5], data.payload[:5]).shape
+torch.Size([5, 2])
 """
 
 from __future__ import annotations

@@ -4,6 +4,14 @@ Section 4.1 of Rouvinen (1999): fifteen individuals, two of which are the stroke
 thousand populations, the distance to the position as fitness, good enough below five millimetres. All else is
 chosen here, after :mod:`dexterity.search.genetic`, whose chromosomes these are: parents are drawn by linear
 rank, neighbours swap what is behind one cut, bits turn over, the fittest is kept.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.crane.positioning import genetic_inverse, thesis_task
+>>> task = thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
+>>> genetic_inverse(task, task.targets, torch.Generator().manual_seed(0)).converged.tolist()
+[True, True]
 """
 
 from __future__ import annotations

@@ -3,6 +3,13 @@
 Section 2.4.6 of Rouvinen (1999) goes down the gradient of the output error with a fixed rate and the payload
 held. Gauss–Newton with a damping that each point earns for itself takes a few steps where descent takes a
 hundred, and without the damping it fails.
+
+Examples
+--------
+>>> from dexterity.crane.positioning import gauss_newton, linear_sag, sagging_tip, thesis_task
+>>> task = thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
+>>> gauss_newton(task, sagging_tip(task, linear_sag())).converged.tolist()
+[True, True]
 """
 
 from __future__ import annotations

@@ -2,6 +2,15 @@
 
 Sections 4.1 to 4.4 of Rouvinen (1999): one hidden layer of hyperbolic tangents, a linear output layer, inputs
 and outputs scaled.
+
+Examples
+--------
+>>> import torch
+>>> import dexterity as dx
+>>> data, random = dx.crane.training_set(), torch.Generator().manual_seed(0)
+>>> network = dx.crane.positioning.correction_network(data, random, neurons=2, epochs=5)
+>>> network([[0.25, 0.5, 1.0, 200.0]]).shape
+torch.Size([1, 2])
 """
 
 from __future__ import annotations

@@ -2,6 +2,16 @@
 
 Statics is made of lever arms, which are cosines and sines of the angles of the arms, and is affine in the
 payload. What bends how far is no polynomial of them, but nearly so.
+
+Examples
+--------
+Mean absolute error of the regression [mm]:
+
+>>> import dexterity as dx
+>>> data = dx.crane.training_set()
+>>> sag = dx.crane.positioning.TrigonometricSag.fit(data, degree=3)
+>>> round(1000 * float((sag(data.strokes, data.payload) - data.deflection).abs().mean()), 1)
+0.3
 """
 
 from __future__ import annotations

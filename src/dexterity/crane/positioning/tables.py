@@ -2,6 +2,14 @@
 
 What the thesis's networks are to replace: the deflection at the nodes of a regular grid of strokes, once by
 own weight and once by payload, with multilinear interpolation between them.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.crane.positioning import TableSag
+>>> table, task = TableSag.of([3, 3, 3]), dx.crane.positioning.thesis_task()
+>>> table.entries, table(task.starts, task.payload).shape
+(108, torch.Size([125, 2]))
 """
 
 from __future__ import annotations
