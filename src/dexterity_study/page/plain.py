@@ -39,6 +39,7 @@ class References:
         named: Mapping[str, Callable[[], str]] = {
             "doc": lambda: self._title(page, text),
             "numref": lambda: self.number(text),
+            "ref": lambda: f'"{self.env.domaindata["std"]["labels"][text][2]}"',
             "eq": lambda: f"({self.equation(text)})",
             "term": lambda: text.partition("<")[0].strip(),
             "cite:t": lambda: self._cited(text, "{authors} ({year})"),
