@@ -14,8 +14,7 @@ from visit import visit
 SCREEN = (1366, 900)
 NARROW = (360, 800)
 MOST_SCREENS, MOST_LINES, MOST_PRINTED = 8, 40, 8
-SUMMARIES = [page for page in CHAPTERS if page.endswith("/summary")]
-STUDIES = [page for page in CHAPTERS if page not in SUMMARIES]
+SUMMARIES = [page for page in PAGES if page.endswith("/summary")]
 AXE = (resources.files("axe_playwright_python") / "axe.min.js").read_text(encoding="utf-8")
 
 
@@ -23,7 +22,7 @@ AXE = (resources.files("axe_playwright_python") / "axe.min.js").read_text(encodi
 def measured(browser: Browser, served_root: str) -> Iterator[dict[str, dict[str, Any]]]:
     """Measures of all chapters, printed as a table when the tests are done."""
     found = {}
-    for page in STUDIES:
+    for page in CHAPTERS:
         with visit(browser, served_root, page) as visited:
             visited.resize(SCREEN)
             visited.page.evaluate("checks.untypesetFormulas()")
@@ -39,7 +38,7 @@ def test_a_chapter_is_short(measured: dict[str, dict[str, Any]]) -> None:
     assert median(own["screens"] for own in measured.values()) <= MOST_SCREENS
 
 
-@pytest.mark.parametrize("page", STUDIES)
+@pytest.mark.parametrize("page", CHAPTERS)
 def test_a_chapter_begins_with_its_answer(measured: dict[str, dict[str, Any]], page: str) -> None:
     own = measured[page]
     assert own["picture"] < SCREEN[1], "no picture begins on the first screen"

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import torch
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from torch import Tensor
 
 from dexterity.docking import DockingProblem
@@ -32,7 +33,7 @@ REGIONS = {"and": "in x and y", "or": "in x or y"}
 
 
 def names_of(case: str) -> tuple[str, str]:
-    """Return a case in words: the arm, and where its base is beside the task area."""
+    """Return a case in words: the arm, and where its base is next to the task area."""
     arm, _, region = case.partition(", ")
     return f"{arm} arm", REGIONS[region]
 
@@ -46,7 +47,7 @@ STYLES: dict[str, Any] = {
 
 def by_case(table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of the four cases, by their readings, under arm and place of the base in words."""
-    names = pd.MultiIndex.from_tuples(NAMES.values(), names=["arm", "base beside the area"])
+    names = pd.MultiIndex.from_tuples(NAMES.values(), names=["arm", "base next to the area"])
     return table.loc[[*NAMES]].set_axis(names)
 
 
@@ -78,7 +79,7 @@ def shares(stored: Evidence) -> Figure:
         ylim=(83, 100.5),
         yticks=[85, 90, 95, 100],
     )
-    fig.legend(title="arm, and where its base is beside the area", loc="outside upper center", ncols=2)
+    fig.legend(title="arm, and where its base is next to the area", loc="outside upper center", ncols=2)
     return fig
 
 
@@ -110,7 +111,7 @@ def poses(stored: Evidence) -> Figure:
     fig, panels = plt.subplots(1, 2, figsize=(figures.WIDTH, 3.0), sharex=True, sharey=True)
     printed, best = printed_poses(), optima(stored)
     for ax, (region, title) in zip(panels, REGIONS.items(), strict=True):
-        ax.add_patch(plt.Rectangle((-0.2, -0.2), 0.4, 0.4, color="#E6E6E6"))
+        ax.add_patch(Rectangle((-0.2, -0.2), 0.4, 0.4, color="#E6E6E6"))
         for arm in ARMS:
             reading = CASES[f"{arm}, {region}"]
             runs, color = stored["genetic"].where(reading), ARM_COLORS[arm]
@@ -125,7 +126,7 @@ def poses(stored: Evidence) -> Figure:
                 label=f"optimum, {arm} arm",
             )
         ax.plot(printed[:, 0], printed[:, 1], "x", color=COLORS["black"], label="printed")
-        ax.set(title=f"beside {title}", aspect="equal", xlabel="x [m]", ylabel="y [m]")
+        ax.set(title=f"next to it {title}", aspect="equal", xlabel="x [m]", ylabel="y [m]")
         ax.label_outer()
     fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
     return fig
@@ -153,7 +154,7 @@ def front(stored: Evidence) -> Figure:
         labels,
         loc="outside upper center",
         ncols=2,
-        title="arm, and where its base is beside the area",
+        title="arm, and where its base is next to the area",
     )
     return fig
 

@@ -32,12 +32,18 @@ def errors_and_times(stored: Evidence) -> Figure:
         ax.plot(times["network"], errors["network"], "*", ms=14, color=color, label=f"network, {arm} arm")
         if arm == "stated":
             for way, error in exact.items():
-                place = {"xytext": (-6, -4), "textcoords": "offset points", "ha": "right", "va": "top"}
-                ax.annotate(str(way), (times[way], error), **place)
-    ax.set(xscale="log", ylim=(0, 40), xlim=(0.6, 12), xticks=[1, 2, 5, 10])
+                ax.annotate(
+                    str(way),
+                    (times[way], error),
+                    xytext=(-6, -4),
+                    textcoords="offset points",
+                    ha="right",
+                    va="top",
+                )
+    ax.set(xscale="log", ylim=(-4, 42), xlim=(0.6, 12), yticks=range(0, 41, 10))
     ax.set_xticks([1, 2, 5, 10], ["1", "2", "5", "10"])
     ax.minorticks_off()
-    ax.set(xlabel="time per pose [μs]", ylabel="99 % of the errors [%]")
+    ax.set(xlabel="time per pose [μs]", ylabel="99th percentile\nof the error [%]")
     fig.legend(loc="outside upper center", ncols=1)
     return fig
 
@@ -45,7 +51,7 @@ def errors_and_times(stored: Evidence) -> Figure:
 def cuts(network: Rating) -> Figure:
     """Draw the measure of the stated arm by a network and exactly, along two lines of poses."""
     lines = {
-        "x of the base [m], at y = 0.15 m and ψ = 0": (0, (-0.47, -0.2), (0.0, 0.15, 0.2, 0.0)),
+        "x of the base [m], at y = 0.15 m and ψ = 0": (0, (-0.454, -0.2), (0.0, 0.15, 0.2, 0.0)),
         "ψ [rad], at x = −0.5 m and y = 0": (3, (-torch.pi, torch.pi), (-0.5, 0.0, 0.2, 0.0)),
     }
     arm = robots.docking_arm()
@@ -69,12 +75,12 @@ def errors(stored: Evidence) -> Markup:
     rows[[*heads]] *= 100
     table = over_seeds(rows, ["arm", "way"], {name: name for name in heads}, "{:.1f}")
     table.columns = pd.MultiIndex.from_tuples(heads.values())
-    return show(table.rename(_IN_WORDS, level="arm"))
+    return show(table.rename(_IN_WORDS, level="arm").rename_axis(["arm", "method"]))
 
 
 def times(stored: Evidence) -> Markup:
     """Set times of the exact measure relative to a network's, and the poses after which training has paid off."""
-    columns = {}
+    columns: dict[tuple[str, str], pd.Series] = {}
     for arm, reading in ARMS.items():
         timed = stored["times"].where(reading)[["name", "configurations", "lower", "median", "upper"]]
         training, network, *others = (Timing(*one) for one in timed.itertuples(index=False))
@@ -88,7 +94,8 @@ def times(stored: Evidence) -> Markup:
             },
             dtype=float,
         )
-    return show(pd.DataFrame(columns), "{:,.0f}")
+    table = pd.DataFrame(columns).rename(lambda name: name.removesuffix(" points"))
+    return show(table.rename_axis("control points"), "{:,.0f}")
 
 
 def searches(stored: Evidence) -> Markup:
@@ -99,4 +106,4 @@ def searches(stored: Evidence) -> Markup:
     looks = {"needed": "poses to come within 1 %", "proven": "poses to prove the best"}
     by = ["arm", "way"]
     table = over_seeds(rows, by, best, "{:.0f}").join(over_seeds(rows, by, looks, "{:,.0f}"))
-    return show(table.rename(_IN_WORDS, level="arm"))
+    return show(table.rename(_IN_WORDS, level="arm").rename_axis(["arm", "ranked by"]))
