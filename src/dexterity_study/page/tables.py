@@ -61,7 +61,7 @@ def show(
         for i, name in enumerate(frame.columns)
     ]
     named = not isinstance(frame.index, pd.RangeIndex)
-    names = [_levels(label) for label in frame.index] if named else [()] * len(frame)
+    names: list[tuple[Hashable, ...]] = [_levels(label) if named else () for label in frame.index]
     # A name of the columns alone heads the rows.
     heads = list(frame.index.names) if named else []
     if len(heads) == 1 == frame.columns.nlevels and heads[0] is None:
