@@ -69,13 +69,11 @@ def branches(arms: Mapping[str, tuple[Chain, Tensor]]) -> Markup:
     tables = {}
     for title, (arm, pose) in arms.items():
         q = configurations(arm, pose)
-        shown = pd.DataFrame(q[:4, :3].numpy(), columns=[f"$q_{n}$ [rad]" for n in (1, 2, 3)])
-        shown["$|q_5|$ [rad]"] = q[:4, 4].abs()
-        shown["$w$ [m³]"] = [
-            f"{value:.4f}" for value in indices.manipulability(arm.geometric_jacobian(q[:4]))
-        ]
-        tables[title] = shown.set_axis([f"branch {n}" for n in range(1, 5)])
-    return show(pd.concat(tables, names=["arm", "branch"]), "{:.2f}")
+        w = indices.manipulability(arm.geometric_jacobian(q[:4]))
+        columns = {f"$q_{n}$ [rad]": q[:4, n - 1].numpy() for n in (1, 2, 3)}
+        columns |= {"$|q_5|$ [rad]": q[:4, 4].abs().numpy(), "$w$ [m³]": w.numpy()}
+        tables[title] = pd.DataFrame(columns, [f"branch {n}" for n in range(1, 5)])
+    return show(pd.concat(tables, names=["arm", "branch"]), "{:.2f}", forms={"$w$ [m³]": "{:.4f}"})
 
 
 def round_trips(stored: Evidence, live: Table) -> Markup:

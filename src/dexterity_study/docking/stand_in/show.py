@@ -31,10 +31,10 @@ def errors_and_times(stored: Evidence) -> Figure:
         ax.plot(times[exact.index], exact, "o-", color=color, label=f"exact measure, {arm} arm")
         ax.plot(times["network"], errors["network"], "*", ms=14, color=color, label=f"network, {arm} arm")
         if arm == "stated":
-            for way, error in exact.items():
+            for way, time, error in zip(exact.index, times[exact.index], exact, strict=True):
                 ax.annotate(
-                    str(way),
-                    (times[way], error),
+                    way,
+                    (time, error),
                     xytext=(-6, -4),
                     textcoords="offset points",
                     ha="right",
