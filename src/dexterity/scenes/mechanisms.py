@@ -9,7 +9,9 @@ Examples
 >>> import dexterity as dx
 >>> slider = dx.scenes.Slider("angle [rad]", np.array([0.0, 1.0]), start=0.0)
 >>> poses = dx.spatial.exp([[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1]]).numpy()
->>> door = dx.scenes.Body("door", slider=slider.label, poses=poses, pins=np.zeros((1, 3)))
+>>> door = dx.scenes.Body(
+...     "door", slider=slider.label, poses=poses, pins=np.zeros((1, 3))
+... )
 >>> dx.scenes.Scene("A door").add_mechanism([door], [slider])
 """
 
