@@ -11,7 +11,8 @@ Examples
 >>> w = dx.indices.Index("manipulability").bind(puma)
 >>> round(float(w(q)), 4)
 0.0087
->>> dx.indices.velocity_ellipsoid(puma.geometric_jacobian(q), "translational").semi_axes.shape
+>>> J = puma.geometric_jacobian(q)
+>>> dx.indices.velocity_ellipsoid(J, "translational").semi_axes.shape
 torch.Size([3])
 """
 

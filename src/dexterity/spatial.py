@@ -9,8 +9,8 @@ Examples
 >>> import math
 >>> import dexterity as dx
 >>> T = dx.spatial.exp([0, 0, 0, 0, 0, math.pi / 2])
->>> dx.spatial.apply(T, dx.spatial.to_float64([1, 0, 0], "p")).round(decimals=9).tolist()
-[0.0, 1.0, 0.0]
+>>> T[:2, :2].round(decimals=9).abs().tolist()
+[[0.0, 1.0], [1.0, 0.0]]
 >>> dx.spatial.adjoint(T).shape
 torch.Size([6, 6])
 """

@@ -13,9 +13,10 @@ Examples
 --------
 >>> import torch
 >>> import dexterity as dx
->>> crane = dx.crane.existing_crane(dx.crane.Differences(play=0.001), torch.Generator().manual_seed(0))
->>> strokes, payload = torch.tensor([[0.25, 0.5, 1.0]]).double(), torch.tensor([200.0]).double()
->>> bool((crane.tip(strokes, payload) - dx.crane.flexible_tip(strokes, payload)).norm() > 0.001)
+>>> differences = dx.crane.Differences(play=0.001)
+>>> crane = dx.crane.existing_crane(differences, torch.Generator().manual_seed(0))
+>>> strokes, payload = torch.tensor([[0.25, 0.5, 1.0]]).double(), torch.ones(1).double()
+>>> bool(crane.seating(strokes, payload).norm() > 0.001)
 True
 """
 

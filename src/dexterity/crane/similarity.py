@@ -8,8 +8,8 @@ Examples
 --------
 >>> import dexterity as dx
 >>> half = dx.crane.scaled(dx.crane.patu655(), 0.5)
->>> tips = dx.crane.tip_position([0.25, 0.5, 1.0]), dx.crane.tip_position([0.125, 0.25, 0.5], half)
->>> bool((tips[1] - tips[0] / 2).norm() < 1e-9)
+>>> tip = dx.crane.tip_position([0.25, 0.5, 1.0])
+>>> bool((dx.crane.tip_position([0.125, 0.25, 0.5], half) - tip / 2).norm() < 1e-9)
 True
 """
 

@@ -12,7 +12,7 @@ Examples
 >>> import torch
 >>> import dexterity as dx
 >>> from dexterity.docking.elbow import ElbowArm
->>> near, far, down = torch.tensor([[0.5, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, -1.0]]).double()
+>>> near, far, down = torch.tensor([[0.5, 0, 0], [2.0, 0, 0], [0, 0, -1.0]]).double()
 >>> elbow = ElbowArm.of(dx.robots.docking_arm())
 >>> [bool(elbow.manipulability(point, axis=down) > 0) for point in (near, far)]
 [True, False]

@@ -7,8 +7,8 @@ Examples
 >>> import torch
 >>> from dexterity.networks import baselines
 >>> from dexterity.sampling import DataSet
->>> q = torch.tensor([[0.0], [1.0], [2.0]], dtype=torch.float64)
->>> baselines.constant(DataSet(q, torch.tensor([1.0, 2.0, 3.0], dtype=torch.float64))).value
+>>> q = torch.tensor([[0.0], [1.0], [2.0]]).double()
+>>> baselines.constant(DataSet(q, q[:, 0] + 1)).value
 1.5
 """
 

@@ -6,11 +6,12 @@ later knows what it approximates, where, and how well.
 Examples
 --------
 >>> import dexterity as dx
->>> from dexterity.networks import card, worst_case
+>>> from dexterity.networks.card import describe
+>>> from dexterity.networks.worst_case import Search
 >>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
->>> w, few = dx.indices.Index("manipulability").bind(dx.robots.uvms()), worst_case.Search(256, 16, 8, 5)
->>> space = dx.sampling.uvms_space("manipulability")
->>> card.describe(network, w, space, seed=5, count=1000, search=few)["neurons"]
+>>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
+>>> space, few = dx.sampling.uvms_space("manipulability"), Search(256, 16, 8, steps=5)
+>>> describe(network, w, space, seed=5, count=1000, search=few)["neurons"]
 8
 """
 

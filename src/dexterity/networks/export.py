@@ -8,8 +8,10 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.networks import export
 >>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
->>> "w_batch(" in export.c_source(network, "w"), "export function value" in export.javascript_module(network)
-(True, True)
+>>> "w_batch(" in export.c_source(network, "w")
+True
+>>> "export function value" in export.javascript_module(network)
+True
 """
 
 from __future__ import annotations

@@ -9,8 +9,11 @@ Examples
 >>> import torch
 >>> from dexterity.networks.feed_forward import FeedForward
 >>> from dexterity.networks.network import View
->>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
->>> network = FeedForward.untrained(View(1, [0]), 5, q, q.sin()[:, 0], torch.Generator().manual_seed(0))
+>>> q, random = (
+...     torch.linspace(-1, 1, 50).double()[:, None],
+...     torch.Generator().manual_seed(0),
+... )
+>>> network = FeedForward.untrained(View(1, [0]), 5, q, q.sin()[:, 0], random)
 >>> network.neurons, network(q).shape
 (5, torch.Size([50]))
 """

@@ -4,8 +4,8 @@ Examples
 --------
 >>> import dexterity as dx
 >>> from dexterity.networks import folding
->>> folded = folding.folded(dx.networks.load_shipped("uvms-manipulability-feed-forward"))
->>> folded.hidden.shape
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> folding.folded(network).hidden.shape
 (8, 7)
 """
 

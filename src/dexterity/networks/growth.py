@@ -9,10 +9,12 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.networks import growth, network, problem
 >>> space = dx.sampling.Box([-1, -1], [1, 1], levels=21)
->>> data = dx.sampling.data_sets(lambda q: 2 + q[:, 0].sin(), space, train=100, test=50, validation=50)
->>> grown = growth.grow(problem.DesignProblem(network.View(2, [0, 1]), data), spread=1.0)
->>> grown.success, grown.neurons
-(True, 20)
+>>> data = dx.sampling.data_sets(
+...     lambda q: 2 + q[:, 0].sin(), space, train=100, test=50, validation=50
+... )
+>>> learned = problem.DesignProblem(network.View(2, [0, 1]), data)
+>>> growth.grow(learned, spread=1.0).success
+True
 """
 
 from __future__ import annotations

@@ -6,11 +6,11 @@ seeds share every matrix product, and a network that has stopped leaves the stac
 Examples
 --------
 >>> import torch
->>> from dexterity.networks import levenberg_marquardt, network, train
->>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
->>> (start,) = train.initial_networks(network.View(1, [0]), 4, q, q.sin()[:, 0], seeds=[0])
->>> options = levenberg_marquardt.Options(goal=1e-6)
->>> levenberg_marquardt.levenberg_marquardt(start, q, q.sin()[:, 0], options).success
+>>> from dexterity.networks import levenberg_marquardt as lm, network, train
+>>> q = torch.linspace(-1, 1, 50).double()[:, None]
+>>> (start,) = train.initial_networks(network.View(1, [0]), 4, q, q.sin()[:, 0], [0])
+>>> training = lm.levenberg_marquardt(start, q, q.sin()[:, 0], lm.Options(goal=1e-6))
+>>> training.success
 True
 """
 

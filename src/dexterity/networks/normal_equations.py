@@ -6,12 +6,15 @@ taken over pieces of the rows that stay in a processor's cache. Networks of a st
 Examples
 --------
 >>> import torch
->>> from dexterity.networks import network, normal_equations, train
->>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
->>> networks = train.initial_networks(network.View(1, [0]), 4, q, q.sin()[:, 0], seeds=[0, 1])
->>> layout = normal_equations.Layout.of(networks[0])
->>> rows = normal_equations.TrainingSet.of(networks, q[None], q.sin()[None])
->>> [part.shape for part in normal_equations.normal_equations(layout, layout.pack(networks), rows)]
+>>> from dexterity.networks import network, normal_equations as normal, train
+>>> q = torch.linspace(-1, 1, 50).double()[:, None]
+>>> networks = train.initial_networks(network.View(1, [0]), 4, q, q.sin()[:, 0], [0, 1])
+>>> layout = normal.Layout.of(networks[0])
+>>> rows = normal.TrainingSet.of(networks, q[None], q.sin()[None])
+>>> [
+...     part.shape
+...     for part in normal.normal_equations(layout, layout.pack(networks), rows)
+... ]
 [torch.Size([2, 13, 13]), torch.Size([2, 13])]
 """
 

@@ -4,8 +4,9 @@ Examples
 --------
 >>> import dexterity as dx
 >>> from dexterity.networks import onnx_models
->>> model = onnx_models.onnx_model(dx.networks.load_shipped("uvms-manipulability-feed-forward"))
->>> [variable.name for variable in (*model.graph.input, *model.graph.output)]
+>>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+>>> graph = onnx_models.onnx_model(network).graph
+>>> [variable.name for variable in (*graph.input, *graph.output)]
 ['q', 'value']
 """
 

@@ -5,7 +5,9 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.networks import network, problem
 >>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
->>> data = dx.sampling.data_sets(w, dx.sampling.uvms_space("manipulability"), train=200, test=100)
+>>> data = dx.sampling.data_sets(
+...     w, dx.sampling.uvms_space("manipulability"), train=200, test=100
+... )
 >>> learned = problem.DesignProblem(network.View(12, [4, 5, 6, 7, 8, 9, 10]), data)
 >>> round(problem.largest_relative_error(lambda q: 1.25 * w(q), learned.data.test), 6)
 0.25

@@ -5,7 +5,9 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.networks import growth, network, problem, pruning
 >>> space = dx.sampling.Box([-1, -1], [1, 1], levels=21)
->>> data = dx.sampling.data_sets(lambda q: 2 + q[:, 0].sin(), space, train=100, test=50, validation=50)
+>>> data = dx.sampling.data_sets(
+...     lambda q: 2 + q[:, 0].sin(), space, train=100, test=50, validation=50
+... )
 >>> learned = problem.DesignProblem(network.View(2, [0, 1]), data)
 >>> pruning.prune(learned, growth.grow(learned, spread=1.0).network).success
 True

@@ -6,8 +6,9 @@ Examples
 --------
 >>> from dexterity.networks.network import View
 >>> from dexterity.networks.radial_basis import RadialBasis
->>> arrays = {"centres": [[0.0], [1.0]], "spread": 0.5, "output_weights": [1.0, -1.0], "output_bias": 2.0}
->>> network = RadialBasis(View(1, [0]), arrays | {"input_scale": [1.0]})
+>>> arrays = {"centres": [[0.0], [1.0]], "spread": 0.5, "input_scale": [1.0]}
+>>> weights = {"output_weights": [1.0, -1.0], "output_bias": 2.0}
+>>> network = RadialBasis(View(1, [0]), arrays | weights)
 >>> network.neurons, network([[0.5]]).tolist()
 (2, [2.0])
 """

@@ -10,7 +10,9 @@ Examples
 >>> from dexterity.networks import network, recipes
 >>> space = dx.sampling.Box([-1, -1], [1, 1])
 >>> recipe = recipes.Recipe(neurons=3, rows=64, epochs=20)
->>> trained = recipes.prepare(recipe, network.View(2, [0, 1]), lambda q: 2 + q[..., 0].sin(), space, [0, 1])
+>>> trained = recipes.prepare(
+...     recipe, network.View(2, [0, 1]), lambda q: 2 + q[..., 0].sin(), space, [0, 1]
+... )
 >>> [network.neurons for network in trained]
 [3, 3]
 """

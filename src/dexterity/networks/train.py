@@ -7,9 +7,9 @@ Examples
 --------
 >>> import torch
 >>> from dexterity.networks import levenberg_marquardt, network, train
->>> q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+>>> q, view = torch.linspace(-1, 1, 50).double()[:, None], network.View(1, [0])
 >>> options = levenberg_marquardt.Options(goal=1e-6)
->>> trainings = train.for_seeds(network.View(1, [0]), 4, q, q.sin()[:, 0], [0, 1, 2], options)
+>>> trainings = train.for_seeds(view, 4, q, q.sin()[:, 0], [0, 1, 2], options)
 >>> [training.success for training in trainings]
 [True, True, True]
 """

@@ -10,7 +10,9 @@ Examples
 >>> from dexterity.networks import validation
 >>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
 >>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
->>> errors = validation.error_distribution(network, w, dx.sampling.uvms_space("manipulability"), count=1000)
+>>> errors = validation.error_distribution(
+...     network, w, dx.sampling.uvms_space("manipulability"), count=1000
+... )
 >>> errors.count, errors.maximum < 0.002
 (1000, True)
 """

@@ -11,9 +11,8 @@ Examples
 >>> from dexterity.networks.worst_case import Search, worst_case
 >>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
 >>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
->>> few = Search(samples=256, corners=16, starts=8, steps=5)
->>> worst = worst_case(network, w, dx.sampling.uvms_space("manipulability"), few)
->>> worst.error > worst.sampled
+>>> space, few = dx.sampling.uvms_space("manipulability"), Search(256, 16, 8, steps=5)
+>>> worst_case(network, w, space, few).error < 0.002
 True
 """
 

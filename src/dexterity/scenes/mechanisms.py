@@ -7,10 +7,12 @@ Examples
 --------
 >>> import numpy as np
 >>> import dexterity as dx
->>> slider = dx.scenes.Slider("angle [rad]", np.array([0.0, 1.0]), start=0.0)
->>> poses = dx.spatial.exp([[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1]]).numpy()
->>> door = dx.scenes.Body("door", slider=slider.label, poses=poses, pins=np.zeros((1, 3)))
->>> dx.scenes.Scene("A door").add_mechanism([door], [slider])
+>>> scene, values = dx.scenes.Scene("A door"), np.array([0.0, 1.0])
+>>> poses = dx.spatial.exp(np.outer(values, [0, 0, 0, 0, 0, 1])).numpy()
+>>> door = dx.scenes.Body("door", slider="angle", poses=poses, pins=np.zeros((1, 3)))
+>>> scene.add_mechanism([door], [dx.scenes.Slider("angle", values, start=0.0)])
+>>> scene.region.shape[1]
+3
 """
 
 from __future__ import annotations

@@ -3,8 +3,10 @@
 Examples
 --------
 >>> import dexterity as dx
->>> options = dx.search.ZoomOptions(starts=2, stages=60)
->>> found = dx.search.zoom_search(lambda x: -(x**2).sum(-1), [-1, -1], [2, 2], [0.25, 0.25], options)
+>>> few = dx.search.ZoomOptions(starts=2, stages=60)
+>>> found = dx.search.zoom_search(
+...     lambda x: -(x**2).sum(-1), [-1, -1], [2, 2], [0.25, 0.25], few
+... )
 >>> [abs(round(x, 3)) for x in found.point.tolist()]
 [0.0, 0.0]
 """

@@ -8,10 +8,11 @@ Examples
 --------
 >>> import torch
 >>> from dexterity.search import genetic_search
->>> generator = torch.Generator().manual_seed(0)
->>> found = genetic_search(lambda x: -((x - 0.5) ** 2).sum(-1), [0, 0], [1, 1], [0.01, 0.01], generator)
->>> found.value > -0.001, found.stop
-(True, <Stop.STALLED: 'nothing better came for long'>)
+>>> objective = lambda x: -((x - 0.5) ** 2).sum(-1)
+>>> random = torch.Generator().manual_seed(0)
+>>> found = genetic_search(objective, [0, 0], [1, 1], [0.01, 0.01], random)
+>>> found.value > -0.001, found.stop.name
+(True, 'STALLED')
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ does not miss, so the answer is to be checked by a finer one.
 Examples
 --------
 >>> from dexterity.search import ZoomOptions, zoom_search
->>> few = ZoomOptions(starts=2, stages=60)
->>> found = zoom_search(lambda x: -((x - 0.3) ** 2).sum(-1), [0, 0], [1, 1], steps=[0.25, 0.25], options=few)
+>>> objective = lambda x: -((x - 0.3) ** 2).sum(-1)
+>>> found = zoom_search(objective, [0, 0], [1, 1], [0.25, 0.25], ZoomOptions(stages=60))
 >>> [round(x, 2) for x in found.point.tolist()]
 [0.3, 0.3]
 """

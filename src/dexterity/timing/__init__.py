@@ -3,7 +3,7 @@
 Examples
 --------
 >>> from dexterity.timing import Way, measure, ratio
->>> ways = [Way("short sum", lambda: sum(range(9)), 1), Way("long sum", lambda: sum(range(9999)), 1)]
+>>> ways = [Way(f"sum of {n}", lambda n=n: sum(range(n)), 1) for n in (9, 9999)]
 >>> short, long = measure(ways, rounds=2, seconds=0.01)
 >>> ratio(long, short).value > 1
 True

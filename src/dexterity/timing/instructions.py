@@ -8,7 +8,8 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.timing.instructions import instructions_per_configuration
 >>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
->>> count = instructions_per_configuration(dx.networks.export.c_source(network, "w"), "w")
+>>> source = dx.networks.export.c_source(network, "w")
+>>> count = instructions_per_configuration(source, "w")
 >>> count is None or count > 100
 True
 """

@@ -3,7 +3,10 @@
 Examples
 --------
 >>> from dexterity.timing import Timing, table
->>> timings = [Timing("exact", 1, 1e-9, 2e-9, 3e-9), Timing("network", 1, 4e-9, 6e-9, 7e-9)]
+>>> timings = [
+...     Timing("exact", 1, 1e-9, 2e-9, 3e-9),
+...     Timing("network", 1, 4e-9, 6e-9, 7e-9),
+... ]
 >>> list(table(timings, reference="exact").index)
 ['exact', 'network']
 """

@@ -6,7 +6,9 @@ Examples
 >>> import torch
 >>> from dexterity.workspace.archive import read_archive, write_archive
 >>> with tempfile.TemporaryDirectory() as folder:
-...     write_archive(f"{folder}/arm.npz", {"arm": "PUMA 560"}, {"links": torch.ones(4)})
+...     write_archive(
+...         f"{folder}/arm.npz", {"arm": "PUMA 560"}, {"links": torch.ones(4)}
+...     )
 ...     read_archive(f"{folder}/arm.npz")[0]
 {'arm': 'PUMA 560'}
 """

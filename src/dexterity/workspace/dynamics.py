@@ -8,7 +8,9 @@ Examples
 >>> from dexterity import spatial
 >>> from dexterity.workspace import dataset, dynamics, reachability
 >>> samples = dataset.jacobian_data(count=20, seed=0, poses=5).samples
->>> q, _ = reachability.inverse(samples.links, spatial.pose(samples.rotation(), samples.position))
+>>> q, _ = reachability.inverse(
+...     samples.links, spatial.pose(samples.rotation(), samples.position)
+... )
 >>> bool((dynamics.asada_ratio(samples.links, samples.dynamics, q) >= 0.03).all())
 True
 """

@@ -9,11 +9,10 @@ has infinite entries there.
 
 Examples
 --------
->>> from dexterity.workspace.dataset import jacobian_data
->>> from dexterity.workspace.jacobian_net import Architecture
->>> from dexterity.workspace.training import network_for
->>> data = jacobian_data(count=100, seed=0, dynamics=False)
->>> network = network_for(Architecture(confidence=(8,), estimation=(8,)), "rotation", "world", data, seed=0)
+>>> from dexterity.workspace import dataset, jacobian_net, training
+>>> data = dataset.jacobian_data(count=100, seed=0, dynamics=False)
+>>> architecture = jacobian_net.Architecture(confidence=(8,), estimation=(8,))
+>>> network = training.network_for(architecture, "rotation", "world", data, seed=0)
 >>> network.estimate(data.samples).jacobian.shape
 torch.Size([100, 6, 6])
 """

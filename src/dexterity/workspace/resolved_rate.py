@@ -16,8 +16,8 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.workspace.resolved_rate import Circle, track
 >>> puma, q = dx.robots.puma560(), [0.0, 0.5, 0.25, 0.0, 0.5, 0.0]
->>> (x, y, z), R = puma.forward(q)[:3, 3].tolist(), puma.forward(q)[:3, :3].tolist()
->>> circle = Circle((x - 0.05, y, z), radius=0.05, period=10.0, lean=0.0, orientation=tuple(map(tuple, R)))
+>>> R, (x, y, z) = puma.forward(q)[:3, :3].tolist(), puma.forward(q)[:3, 3].tolist()
+>>> circle = Circle((x - 0.05, y, z), 0.05, 10.0, 0.0, orientation=tuple(map(tuple, R)))
 >>> track(circle, puma.forward, puma.geometric_jacobian, q, duration=0.5).completed
 True
 """

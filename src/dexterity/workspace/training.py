@@ -8,10 +8,11 @@ Examples
 --------
 >>> from dexterity.workspace import dataset, jacobian_net, training
 >>> data = dataset.jacobian_data(count=100, seed=0, dynamics=False)
->>> architecture = jacobian_net.Architecture(confidence=(8,), estimation=(8,))
->>> network = training.network_for(architecture, "rotation", "world", data, seed=0)
->>> rows, options = training.estimation_rows(network, data), training.Options(training.epochs(estimation=2))
->>> len(training.train(network, {"estimation": rows}, options, seed=0).losses)
+>>> size = jacobian_net.Architecture(confidence=(8,), estimation=(8,))
+>>> network = training.network_for(size, "rotation", "world", data, seed=0)
+>>> rows = {"estimation": training.estimation_rows(network, data)}
+>>> options = training.Options(training.epochs(estimation=2))
+>>> len(training.train(network, rows, options, seed=0).losses)
 2
 """
 

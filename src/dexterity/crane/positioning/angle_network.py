@@ -8,8 +8,8 @@ Examples
 --------
 >>> import torch
 >>> import dexterity as dx
->>> data = dx.crane.training_set()
->>> sag = dx.crane.positioning.AngleNetworkSag.fit(data, 3, torch.Generator().manual_seed(0), epochs=20)
+>>> data, random = dx.crane.training_set(), torch.Generator().manual_seed(0)
+>>> sag = dx.crane.positioning.AngleNetworkSag.fit(data, 3, random, epochs=20)
 >>> sag(data.strokes[:5], data.payload[:5]).shape
 torch.Size([5, 2])
 """

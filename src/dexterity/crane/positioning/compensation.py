@@ -6,10 +6,13 @@ few times with the structure itself, it is exact.
 
 Examples
 --------
->>> from dexterity.crane.positioning import compensate, errors, linear_sag, thesis_task, uncompensated
->>> task = thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
->>> rigid, aimed = uncompensated(task), compensate(task, linear_sag())
->>> bool(errors(task, aimed).largest[2] < errors(task, rigid).largest[2] / 10)
+>>> from dexterity.crane import positioning
+>>> task = positioning.thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
+>>> rigid = positioning.errors(task, positioning.uncompensated(task))
+>>> aimed = positioning.errors(
+...     task, positioning.compensate(task, positioning.linear_sag())
+... )
+>>> bool(aimed.largest[2] < rigid.largest[2] / 10)
 True
 """
 

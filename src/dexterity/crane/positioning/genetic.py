@@ -10,7 +10,8 @@ Examples
 >>> import torch
 >>> from dexterity.crane.positioning import genetic_inverse, thesis_task
 >>> task = thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
->>> genetic_inverse(task, task.targets, torch.Generator().manual_seed(0)).converged.tolist()
+>>> found = genetic_inverse(task, task.targets, torch.Generator().manual_seed(0))
+>>> found.converged.tolist()
 [True, True]
 """
 

@@ -6,9 +6,10 @@ hundred, and without the damping it fails.
 
 Examples
 --------
->>> from dexterity.crane.positioning import gauss_newton, linear_sag, sagging_tip, thesis_task
->>> task = thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
->>> gauss_newton(task, sagging_tip(task, linear_sag())).converged.tolist()
+>>> from dexterity.crane import positioning
+>>> task = positioning.thesis_task(points=[[4.0, 0.0], [5.0, 2.0]], payloads=[100.0])
+>>> tip = positioning.sagging_tip(task, positioning.linear_sag())
+>>> positioning.gauss_newton(task, tip).converged.tolist()
 [True, True]
 """
 

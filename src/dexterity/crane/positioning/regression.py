@@ -10,7 +10,8 @@ Mean absolute error of the regression [mm]:
 >>> import dexterity as dx
 >>> data = dx.crane.training_set()
 >>> sag = dx.crane.positioning.TrigonometricSag.fit(data, degree=3)
->>> round(1000 * float((sag(data.strokes, data.payload) - data.deflection).abs().mean()), 1)
+>>> errors = (sag(data.strokes, data.payload) - data.deflection).abs()
+>>> round(1000 * float(errors.mean()), 1)
 0.3
 """
 
