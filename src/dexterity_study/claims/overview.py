@@ -119,15 +119,28 @@ def settings_table(key: str) -> Markup:
 
 def rule_book() -> Markup:
     """Set what each word means, and what each rule needs."""
-    words = {
+    rules = {f"rule-{rule}": [Cell(rule), Cell(says)] for rule, says in RULES.items()}
+    return Markup(_words_table() + table("What each kind of claim needs", ("Claim", "Rule"), rules))
+
+
+def words() -> Markup:
+    """Set what each word of a verdict means, folded."""
+    return Markup(folded("What the verdicts mean", _words_table()))
+
+
+def _words_table() -> str:
+    rows = {
         f"word-{word.replace(' ', '-')}": [Cell(word, css_class=chip_class(word)), Cell(says)]
         for word, says in WORDS.items()
     }
-    rules = {f"rule-{rule}": [Cell(rule), Cell(says)] for rule, says in RULES.items()}
-    return Markup(
-        table("What each word means", ("Verdict", "Meaning"), words)
-        + table("What each kind of claim needs", ("Claim", "Rule"), rules)
-    )
+    return table("What each word means", ("Verdict", "Meaning"), rows)
+
+
+def our_values() -> dict[str, str]:
+    """Return our value of each headline claim that has one, by the claim's id."""
+    verdicts = by_claim(all_verdicts())
+    headlines = ((paper.key, name) for paper in load_papers() for name in paper.headlines)
+    return {key[1]: verdicts[key].ours for key in headlines if verdicts[key].ours}
 
 
 def own_thresholds() -> Markup:
@@ -222,17 +235,16 @@ def _bar(paper: Paper, claims: Sequence[Claim]) -> str:
     """Draw how many of some claims came out how, as one bar whose parts name their numbers."""
     verdicts = by_claim(all_verdicts())
     counts = Counter(verdicts[paper.key, claim.id].outcome for claim in claims)
+    shown = [outcome for outcome in Outcome if counts[outcome]]
     parts = (
-        element(
-            "span",
-            f"{counts[outcome]} {outcome}",
-            css_class=chip_class(outcome),
-            style=f"flex-grow:{counts[outcome]}",
-        )
-        for outcome in Outcome
-        if counts[outcome]
+        element("span", "", css_class=chip_class(outcome), style=f"flex-grow:{counts[outcome]}")
+        for outcome in shown
     )
-    return element("div", "".join(parts), css_class="verdict-bar")
+    listed = (
+        element("span", f"{counts[outcome]} {outcome}", css_class=chip_class(outcome)) for outcome in shown
+    )
+    bar = element("div", "".join(parts), css_class="verdict-bar", **{"aria-hidden": "true"})
+    return bar + element("p", " ".join(listed), css_class="verdict-counts")
 
 
 def main(files: Sequence[str]) -> int:

@@ -6,9 +6,10 @@ the title of a chapter, the authors and the year of a source.
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import nbformat
@@ -30,9 +31,12 @@ class References:
     ----------
     env
         Environment of a build that has read all pages.
+    glued
+        Texts that the cells of the page have put under a name.
     """
 
     env: BuildEnvironment
+    glued: Mapping[str, str] = field(default_factory=dict)
 
     def text(self, page: str, role: str, text: str) -> str:
         """Return what a reference on a page reads as."""
@@ -41,6 +45,7 @@ class References:
             "numref": lambda: self.number(text),
             "ref": lambda: f'"{self.env.domaindata["std"]["labels"][text][2]}"',
             "eq": lambda: f"({self.equation(text)})",
+            "glue:text": lambda: self.glued[text],
             "term": lambda: text.partition("<")[0].strip(),
             "cite:t": lambda: self._cited(text, "{authors} ({year})"),
             "cite:p": lambda: f"({self._cited(text, '{authors}, {year}')})",
@@ -100,11 +105,22 @@ def plain(
     live
         Turns the HTML of an output that needs the book's files into one that stands alone.
     """
+    references = replace(references, glued=_glued(notebook))
     cells = [cell for source in notebook.cells for cell in _cells(source, page, references, live)]
     for number, cell in enumerate(cells):
         cell["id"] = f"cell-{number}"
     metadata = {name: value for name, value in notebook.metadata.items() if name != "dexterity"}
     return nbformat.from_dict({**notebook, "cells": cells, "metadata": metadata})
+
+
+def _glued(notebook: NotebookNode) -> dict[str, str]:
+    outputs = (output for cell in notebook.cells for output in cell.get("outputs", ()))
+    kept = [(output.get("metadata", {}).get("scrapbook"), output) for output in outputs]
+    return {
+        note["name"]: str(ast.literal_eval(output["data"][f"{note.get('mime_prefix', '')}text/plain"]))
+        for note, output in kept
+        if note
+    }
 
 
 def _cells(
