@@ -82,7 +82,9 @@ test: $(FULL_ENV)  ## run the tests (T=tests/test_chain.py for some)
 check: $(FULL_ENV) book  ## check verdicts, stored results, and the built book in a real browser
 	@$(EVIDENCE) probe
 	@$(IN)/python -m dexterity_study.claims.check
-	@$(IN)/python -m pytest tests/book
+	@$(IN)/python -m pytest tests/book/test_instruments.py
+	@$(IN)/python -m pytest tests/book --ignore tests/book/test_instruments.py --numprocesses auto
+	@cat _build/reading.txt
 
 lint: $(FULL_ENV)  ## style, types, layers, lock
 	$(IN)/ruff check src tests

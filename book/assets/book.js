@@ -4,6 +4,8 @@ document.addEventListener("DOMContentLoaded", () => {
   scrollers();
   enlargeFigures();
   document.querySelectorAll(".filterable").forEach(addFilter);
+  // docutils calls the sources a list, and none of them an item.
+  document.querySelectorAll(".citation-list > *").forEach(source => source.setAttribute("role", "listitem"));
   openTarget();
   addEventListener("hashchange", openTarget);
 });

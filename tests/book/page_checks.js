@@ -56,6 +56,11 @@ window.checks = {
     return { text: last.textContent.trim(), inProvenance: last.parentElement.closest(".provenance") !== null };
   },
 
+  // Opens all that is folded.
+  unfold() {
+    document.querySelectorAll("details").forEach(fold => { fold.open = true; });
+  },
+
   // Length in screens, where the first picture and the advice begin [px], and how much code is shown.
   reading() {
     const article = document.querySelector("article.bd-article"), place = element =>

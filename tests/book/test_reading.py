@@ -1,15 +1,16 @@
 """How far a reader has to go: length, picture, advice and code of a chapter; tables on a phone; barriers."""
 
 import re
-from collections.abc import Iterator
 from importlib import resources
 from statistics import median
 from typing import Any
 
 import pytest
-from built_book import CHAPTERS, PAGES
+from built_book import CHAPTERS, HTML, PAGES
 from playwright.sync_api import Browser
 from visit import visit
+
+from dexterity import store
 
 SCREEN = (1366, 900)
 NARROW = (360, 800)
@@ -19,19 +20,22 @@ AXE = (resources.files("axe_playwright_python") / "axe.min.js").read_text(encodi
 
 
 @pytest.fixture(scope="module")
-def measured(browser: Browser, served_root: str) -> Iterator[dict[str, dict[str, Any]]]:
-    """Measures of all chapters, printed as a table when the tests are done."""
+def measured(browser: Browser, served_root: str) -> dict[str, dict[str, Any]]:
+    """Measures of all chapters, also kept as a table in `_build/reading.txt`."""
     found = {}
     for page in CHAPTERS:
         with visit(browser, served_root, page) as visited:
             visited.resize(SCREEN)
             visited.page.evaluate("checks.untypesetFormulas()")
             found[page] = visited.page.evaluate("checks.reading()")
-    yield found
-    print(f"\n{'chapter':28} screens  picture at  advice at  lines of code")
-    for page, own in found.items():
-        print(f"{page:28} {own['screens']:7.1f} {own['picture']:8} px {own['advice']:7} px {own['lines']:8}")
-    print(f"median: {median(own['screens'] for own in found.values()):.1f} screens")
+    lines = [f"{'chapter':28} screens  picture at  advice at  lines of code"] + [
+        f"{page:28} {own['screens']:7.1f} {own['picture']:8} px {own['advice']:7} px {own['lines']:8}"
+        for page, own in found.items()
+    ]
+    lines.append(f"median: {median(own['screens'] for own in found.values()):.1f} screens")
+    # Printed by `make check`, since the workers of pytest-xdist print nothing.
+    store.write_atomically(HTML.parent / "reading.txt", "\n".join(lines) + "\n")
+    return found
 
 
 def test_a_chapter_is_short(measured: dict[str, dict[str, Any]]) -> None:

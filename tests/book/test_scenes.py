@@ -25,6 +25,7 @@ def test_some_page_has_a_scene() -> None:
 @pytest.mark.parametrize("page", PAGES_WITH_SCENES)
 def test_scenes_draw_and_move(browser: Browser, root: str, page: str) -> None:
     with visit(browser, root, page) as visited:
+        visited.page.evaluate("checks.unfold()")
         iframes = visited.page.locator("iframe.meshcat-scene")
         assert iframes.count() > 0, f"{page} has lost its scenes"
         for i in range(iframes.count()):
@@ -51,6 +52,7 @@ def _try_keyboard(scene: OpenScene) -> None:
 def test_a_swipe_that_starts_on_a_scene_scrolls_the_page(browser: Browser, page: str) -> None:
     with visit(browser, f"{HTML.as_uri()}/", page, **TOUCH) as visited:
         visited.resize(PHONE)
+        visited.page.evaluate("checks.unfold()")
         iframes = visited.page.locator("iframe.meshcat-scene")
         for i in range(iframes.count()):
             scene = open_scene(page, iframes.nth(i))
