@@ -28,6 +28,7 @@ _LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever the archive is made
 def setup(app: Sphinx) -> dict[str, Any]:
     """Connect the extension."""
     captions.setup(app)
+    app.set_html_assets_policy("always")  # ledgers have formulas that Sphinx does not see
     app.connect("source-read", _depend_on_outputs)
     app.connect("doctree-resolved", hovers.explain)
     app.connect("autodoc-process-docstring", summaries.add_summary)
