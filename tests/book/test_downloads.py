@@ -1,5 +1,6 @@
 """Executed notebooks that the pages offer: one for each page with code, and all of them in one archive."""
 
+import re
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 
@@ -9,6 +10,7 @@ from built_book import CHAPTERS, HTML, PAGES, Document, html_file, source_text
 from playwright.sync_api import Browser
 from visit import visit
 
+from dexterity import scenes
 from dexterity_study.page.execution import Execution
 
 WITH_CODE = [page for page in PAGES if "{code-cell}" in source_text(page)]
@@ -51,6 +53,28 @@ def test_downloaded_notebook_runs_as_it_is(browser: Browser, served_root: str, p
     # In a thread, because the browser's loop runs in this one.
     with ThreadPoolExecutor(1) as pool:
         pool.submit(execution.run).result()
+
+
+@pytest.mark.parametrize("page", [page for page in WITH_CODE if page not in FIRST_OF_PARTS])
+def test_notebook_runs_as_it_is(page: str) -> None:
+    notebook = nbformat.reads(_notebook(page).decode(), as_version=4)
+    Execution(notebook, hung_after=600).run()
+
+
+@pytest.mark.parametrize("page", WITH_CODE)
+def test_notebook_is_plain_markdown_with_live_scenes(page: str) -> None:
+    notebook = nbformat.reads(_notebook(page).decode(), as_version=4)
+    prose = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+    assert not re.search(r"\{[a-z:]+\}`|^(?:```|:::)\{", prose, flags=re.MULTILINE)
+    shown = [
+        output.data["text/html"]
+        for cell in notebook.cells
+        if cell.cell_type == "code"
+        for output in cell.outputs
+        if "text/html" in output.get("data", {})
+    ]
+    for html in shown:
+        assert html == scenes.standalone(html), "a scene needs the viewer of the book"
 
 
 def _notebook(page: str) -> bytes:

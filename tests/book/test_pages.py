@@ -34,6 +34,17 @@ def test_search_finds_a_word_of_the_book(browser: Browser, root: str) -> None:
         assert not visited.problems, _listed("search", visited.problems)
 
 
+@pytest.mark.parametrize("word", ["manipulability", "KCI", "docking", "workspace", "sag"])
+def test_search_answers_with_prose_first_and_shows_how_a_page_begins(
+    browser: Browser, root: str, word: str
+) -> None:
+    with visit(browser, root, f"search?q={word}") as visited:
+        first = visited.page.locator("#search-results li").first
+        first.locator(".lead").wait_for()
+        target = first.locator("a").first.get_attribute("href") or ""
+    assert not target.startswith("reference/api"), f"{word}: {target} comes first"
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_page_weight(browser: Browser, served_root: str, page: str) -> None:
     with visit(browser, served_root, page) as visited:

@@ -24,8 +24,8 @@ def show(
     data: pd.DataFrame | pd.Series,
     form: str = "{:.3g}",
     *,
-    forms: Mapping[str, str] | None = None,
-    best: Mapping[str, Literal["least", "most"]] | None = None,
+    forms: Mapping[Any, str] | None = None,
+    best: Mapping[Any, Literal["least", "most"]] | None = None,
 ) -> Markup:
     """Set a table in a frame that scrolls sideways on a narrow page, its first column fixed.
 

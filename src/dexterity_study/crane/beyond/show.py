@@ -73,7 +73,7 @@ def methods(stored: Evidence, live: Table) -> Markup:
     columns.columns = pd.MultiIndex.from_tuples(heads.values())
     columns.insert(1, ("test [mm]", "live"), _in_mm(live.where(), {"test_mean": "live"})["live"])
     columns = columns.loc[list(METHODS)].set_index(pd.MultiIndex.from_tuples(METHODS.values()))
-    return show(columns.fillna("–"))
+    return show(columns.fillna("–"), best=dict.fromkeys(heads.values(), "least"))
 
 
 def speed(stored: Evidence) -> Markup:

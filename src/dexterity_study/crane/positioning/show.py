@@ -87,7 +87,9 @@ def errors(stored: Evidence, live: Table) -> Markup:
         ("largest [mm]", "ours"): ours["largest"],
         ("at an end [%]", "ours"): ours["stopped"],
     }
-    return show(pd.DataFrame(columns).loc[list(TITLES)].rename(index=TITLES), "{:.1f}")
+    compared = [head for head in columns if head[1] in ("thesis", "ours") and "end" not in head[0]]
+    table = pd.DataFrame(columns).loc[list(TITLES)].rename(index=TITLES)
+    return show(table, "{:.1f}", best=dict.fromkeys(compared, "least"))
 
 
 def four_tips(point: tuple[float, float] = (6.0, 2.0), payload: float = 310.0, epochs: int = 100) -> Scene:
