@@ -1,9 +1,12 @@
 """ECMAScript modules of any straight-line programs: each program becomes one exported function of numbers.
 
 A :class:`dexterity.program.Program` can be used in a page or in node this way, without a second copy of its
-formulas:
+formulas.
 
+Examples
+--------
 >>> import sympy
+>>> from dexterity.codegen.ecmascript import Exported, program_module
 >>> from dexterity.program import Recorder
 >>> x, y = sympy.symbols("x y", real=True)
 >>> record = Recorder()

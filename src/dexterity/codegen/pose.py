@@ -6,6 +6,14 @@ for every chain of revolute and prismatic joints.
 References
 ----------
 Murray, Li & Sastry (1994), sections 3.2 and 3.4.
+
+Examples
+--------
+>>> from dexterity import robots
+>>> from dexterity.codegen import pose
+>>> source = pose.javascript_module(robots.puma560())
+>>> [name in source for name in ("export function pose", "export function jacobian")]
+[True, True]
 """
 
 from __future__ import annotations

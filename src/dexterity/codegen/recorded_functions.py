@@ -1,4 +1,15 @@
-"""Recorded functions of torch printed as an ECMAScript module."""
+"""Recorded functions of torch printed as an ECMAScript module.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.codegen.recorded_functions import Recorded, recorded_module
+>>> from dexterity.codegen.recording import record
+>>> norm = record(lambda x: torch.hypot(x[0], x[1])[None], torch.tensor([3.0, 4.0]).double())
+>>> source = recorded_module(["A length."], {}, {"norm": Recorded(norm, "Of two numbers.")})
+>>> "export function norm" in source
+True
+"""
 
 from __future__ import annotations
 

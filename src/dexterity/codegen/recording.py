@@ -7,6 +7,14 @@ stands for the function where all conditions are as they were for the sample.
 
 Loops over numbers that are not known beforehand cannot be recorded, and neither can what leaves torch, by
 ``tolist`` or ``numpy``.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.codegen.recording import record
+>>> recording = record(lambda x: torch.hypot(x[0], x[1])[None], torch.tensor([3.0, 4.0]).double())
+>>> len(recording.outputs)
+1
 """
 
 from __future__ import annotations

@@ -1,4 +1,12 @@
-"""Scalar operations in the order in which they are computed, each of them once."""
+"""Scalar operations in the order in which they are computed, each of them once.
+
+Examples
+--------
+>>> from dexterity.codegen.tape import Tape
+>>> tape = Tape()
+>>> tape.value(tape.apply("add", tape.constant(1.0), tape.constant(2.0)))
+3.0
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,15 @@
 
 It computes for any pose what :class:`~dexterity.docking.problem.DockingProblem` does, with the closed form
 of all branches of the arm, in a page or in node.
+
+Examples
+--------
+>>> from dexterity import robots
+>>> from dexterity.docking import DockingProblem
+>>> from dexterity.docking.export import javascript_module
+>>> source = javascript_module(DockingProblem(robots.docking_arm()))
+>>> "export function areaManipulability" in source
+True
 """
 
 from __future__ import annotations

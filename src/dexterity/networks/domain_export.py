@@ -2,6 +2,15 @@
 
 A network alone returns a number anywhere, so that exported code should carry its range of validity along. The
 test is that of :class:`dexterity.networks.domain.Guarded`.
+
+Examples
+--------
+>>> from dexterity import networks, sampling
+>>> from dexterity.networks import domain_export
+>>> network = networks.load_shipped("uvms-manipulability-feed-forward")
+>>> guarded = networks.domain.Guarded(network, sampling.uvms_space("manipulability"))
+>>> "export function contains" in domain_export.javascript_module(guarded)
+True
 """
 
 from __future__ import annotations

@@ -3,6 +3,12 @@
 The closed form is printed from the same steps as the C of :mod:`dexterity.workspace.compiled`. A network's
 confidence is computed in double precision, see :class:`Confidence`; the network itself computes it in single
 precision.
+
+Examples
+--------
+>>> from dexterity.workspace import export
+>>> "export function reachable" in export.javascript_module()
+True
 """
 
 from __future__ import annotations

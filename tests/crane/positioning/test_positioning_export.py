@@ -128,8 +128,10 @@ def test_aiming_off_is_defined_where_the_package_has_it_and_the_same_there(tmp_p
             with pytest.raises(ValueError, match="cannot be aimed off"):
                 positioning.compensate(task, sag)
         else:
-            expected = positioning.compensate(task, sag).strokes[0]
-            assert_allclose(np.array(result, dtype=float), expected, rtol=1e-9, atol=1e-9)
+            # Where the arms are folded a stroke varies as the root of a rounding error, and the tip does not.
+            expected = crane.tip_position(positioning.compensate(task, sag).strokes[0], CRANE)
+            own = crane.tip_position(torch.tensor(result, dtype=torch.float64), CRANE)
+            assert_allclose(own, expected, rtol=1e-9, atol=1e-9)
             answered += 1
     assert answered > 150
 

@@ -2,6 +2,16 @@
 
 It computes for any strokes and payload what :mod:`dexterity.crane` does, in a page or in node. Of the first
 method it has the closed-form inverse, since the search is drawn by chance.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity import crane
+>>> from dexterity.crane.positioning.export import task_at
+>>> strokes = torch.tensor([[0.2, 0.3, 0.4]], dtype=torch.float64)
+>>> task = task_at(strokes, torch.tensor([100.0], dtype=torch.float64), crane.patu655())
+>>> tuple(task.targets.shape)
+(1, 2)
 """
 
 from __future__ import annotations
