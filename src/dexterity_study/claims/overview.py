@@ -28,6 +28,7 @@ from dexterity_study.claims.scorecard import (
 from dexterity_study.engine import card as cards_of_runs
 from dexterity_study.engine.evidence import chapters, experiments, files, runs
 from dexterity_study.page.markup import Cell, Markup, element, folded, inline, table
+from dexterity_study.page.numbers import readable
 from dexterity_study.page.tables import show
 
 BEGIN, END = "<!-- scorecard: begin -->", "<!-- scorecard: end -->"
@@ -140,7 +141,7 @@ def our_values() -> dict[str, str]:
     """Return our value of each headline claim that has one, by the claim's id."""
     verdicts = by_claim(all_verdicts())
     headlines = ((paper.key, name) for paper in load_papers() for name in paper.headlines)
-    return {key[1]: verdicts[key].ours for key in headlines if verdicts[key].ours}
+    return {key[1]: readable(verdicts[key].ours) for key in headlines if verdicts[key].ours}
 
 
 def own_thresholds() -> Markup:
