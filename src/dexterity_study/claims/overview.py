@@ -138,10 +138,14 @@ def _words_table() -> str:
 
 
 def our_values() -> dict[str, str]:
-    """Return our value of each headline claim that has one, by the claim's id."""
+    """Return our value of each headline claim that has one, by the claim's id, as `glue` takes it: in printable letters."""
     verdicts = by_claim(all_verdicts())
     headlines = ((paper.key, name) for paper in load_papers() for name in paper.headlines)
-    return {key[1]: readable(verdicts[key].ours) for key in headlines if verdicts[key].ours}
+    return {key[1]: _glued(verdicts[key].ours) for key in headlines if verdicts[key].ours}
+
+
+def _glued(text: str) -> str:
+    return readable(text).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def own_thresholds() -> Markup:
