@@ -49,16 +49,12 @@ def test_downloaded_notebook_runs_as_it_is(browser: Browser, served_root: str, p
             visited.page.locator(".btn-download-notebook-button").click()
         text = download.value.path().read_bytes()
     assert text == _notebook(page)
-    execution = Execution(nbformat.reads(text.decode(), as_version=4), hung_after=600)
-    # In a thread, because the browser's loop runs in this one.
-    with ThreadPoolExecutor(1) as pool:
-        pool.submit(execution.run).result()
+    _run(text)
 
 
 @pytest.mark.parametrize("page", [page for page in WITH_CODE if page not in FIRST_OF_PARTS])
 def test_notebook_runs_as_it_is(page: str) -> None:
-    notebook = nbformat.reads(_notebook(page).decode(), as_version=4)
-    Execution(notebook, hung_after=600).run()
+    _run(_notebook(page))
 
 
 @pytest.mark.parametrize("page", WITH_CODE)
@@ -75,6 +71,13 @@ def test_notebook_is_plain_markdown_with_live_scenes(page: str) -> None:
     ]
     for html in shown:
         assert html == scenes.standalone(html), "a scene needs the viewer of the book"
+
+
+def _run(notebook: bytes) -> None:
+    execution = Execution(nbformat.reads(notebook.decode(), as_version=4), hung_after=600)
+    # In a thread, because the browser's loop may run in this one.
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(execution.run).result()
 
 
 def _notebook(page: str) -> bytes:
