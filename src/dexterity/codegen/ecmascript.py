@@ -73,18 +73,31 @@ def program_module(
     ValueError
         If a name is no name in ECMAScript, or a shape does not hold as many numbers as a program returns.
     """
+    printed = "\n".join(exports(name, exported) for name, exported in functions.items())
+    return assembled_module(lines, about, printed, code)
+
+
+def assembled_module(
+    lines: Iterable[str], about: Mapping[str, object], functions: str, code: str = ""
+) -> str:
+    """Return a module from its head, its description, and functions that are printed already."""
     return template("programs.js.in").substitute(
         heading="\n".join(f"// {line}".rstrip() for line in printable(lines)),
         about=json.dumps(about, ensure_ascii=False, indent=2),
-        functions="\n".join(exports(name, exported) for name, exported in functions.items()),
+        functions=functions,
         code=code,
     )
 
 
-def exports(name: str, exported: Exported) -> str:
-    """Return one exported function; it needs what the module of :func:`program_module` defines."""
+def require_name(name: str) -> None:
+    """Raise ValueError if a name is no name in ECMAScript."""
     if not re.fullmatch(r"[A-Za-z]\w*", name, flags=re.ASCII):
         raise ValueError(f"name is {name!r}; letters, digits and underscores, a letter first, are needed")
+
+
+def exports(name: str, exported: Exported) -> str:
+    """Return one exported function; it needs what the module of :func:`program_module` defines."""
+    require_name(name)
     outputs = len(exported.program.outputs)
     if prod(exported.shape) != outputs:
         raise ValueError(f"{name} has the shape {exported.shape}, and its program has {outputs} outputs")

@@ -13,13 +13,12 @@ True
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from dexterity.codegen.ecmascript import assembled_module, require_name
 from dexterity.codegen.heading import printable
 from dexterity.codegen.printing import template
 from dexterity.codegen.tape import ELEMENT, INPUT, SOLVE, Number, Recording
@@ -69,12 +68,7 @@ def recorded_module(
         If a name is no name in ECMAScript.
     """
     printed = "\n".join(_exported(name, function) for name, function in functions.items())
-    return template("programs.js.in").substitute(
-        heading="\n".join(f"// {line}".rstrip() for line in printable(lines)),
-        about=json.dumps(about, ensure_ascii=False, indent=2),
-        functions=template("recorded.js.in").substitute(functions=printed),
-        code=code,
-    )
+    return assembled_module(lines, about, template("recorded.js.in").substitute(functions=printed), code)
 
 
 _FORMS: Mapping[str, str] = {
@@ -93,8 +87,7 @@ _LONGEST = 120  # characters of an expression that is put where it is used
 
 
 def _exported(name: str, function: Recorded) -> str:
-    if not re.fullmatch(r"[A-Za-z]\w*", name, flags=re.ASCII):
-        raise ValueError(f"name is {name!r}; letters, digits and underscores, a letter first, are needed")
+    require_name(name)
     recording = function.recording
     comment = "\n".join(f"// {line}" for line in printable([function.says]))
     return (

@@ -177,3 +177,15 @@ def over_seeds(
     groups = rows.groupby(index, sort=False)
     columns = {head: groups[metric].apply(with_range, form=form) for metric, head in metrics.items()}
     return pd.DataFrame(columns)
+
+
+def stored_and_live(
+    stored: pd.DataFrame, live: pd.DataFrame, titles: Mapping[str, str], form: str = "{:.3g}"
+) -> pd.DataFrame:
+    """Return a table of metrics, under their titles: median and range over the stored seeds, and one live run."""
+    return pd.DataFrame(
+        {
+            head: {title: with_range(rows[metric], form) for metric, title in titles.items()}
+            for head, rows in (("stored", stored), ("live", live))
+        }
+    )

@@ -14,8 +14,7 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.numbers import with_range
-from dexterity_study.page.tables import show
+from dexterity_study.page.tables import show, stored_and_live
 from dexterity_study.uvms.cost.experiment import INDICES
 from dexterity_study.uvms.cost.verdicts import Counts
 
@@ -81,12 +80,7 @@ def checks(stored: Table, live: Table) -> Markup:
         "closed": "closed-form $w$ / $w$ − 1",
         "laguerre": "KCI by iteration / KCI − 1",
     }
-    columns = {"stored": stored.where(), "live": live.where()}
-    cells = {
-        head: {title: with_range(rows[name], "{:.0e}") for name, title in titles.items()}
-        for head, rows in columns.items()
-    }
-    return show(pd.DataFrame(cells))
+    return show(stored_and_live(stored.where(), live.where(), titles, "{:.0e}"))
 
 
 def ladder(timed: Evidence) -> Figure:

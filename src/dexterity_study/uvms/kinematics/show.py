@@ -17,8 +17,7 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.numbers import with_range
-from dexterity_study.page.tables import show
+from dexterity_study.page.tables import show, stored_and_live
 
 
 def screws(chain: Chain) -> Markup:
@@ -57,12 +56,7 @@ def deviations(stored: Table, live: Table) -> Markup:
         "spatial_last_joint": "spatial Jacobian, last joint turned",
         "body_last_joint": "body Jacobian, last joint turned",
     }
-    columns = {"stored": stored.where(), "live": live.where()}
-    cells = {
-        head: {title: with_range(rows[name], "{:.0e}") for name, title in titles.items()}
-        for head, rows in columns.items()
-    }
-    return show(pd.DataFrame(cells))
+    return show(stored_and_live(stored.where(), live.where(), titles, "{:.0e}"))
 
 
 def changes_of_w(stored: Evidence) -> Figure:
