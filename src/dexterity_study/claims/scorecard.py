@@ -130,13 +130,12 @@ def claim_table(
 def assumption_table(*names: str) -> Markup:
     """Set the assumptions that the papers force on a reader, those that change verdicts first; of all chapters if none is named.
 
-    Of a chapter only the first few are not folded.
+    Of a chapter only the first few are not folded, and only its verdicts are counted: a page depends on its
+    evidence alone.
     """
+    verdicts = [one for name in names for one in chapter_verdicts(name)] if names else all_verdicts()
     flips = Counter(
-        part.partition("=")[0]
-        for one in all_verdicts()
-        for name in set(one.flips)
-        for part in name.split("+")
+        part.partition("=")[0] for one in verdicts for name in set(one.flips) for part in name.split("+")
     )
     columns = ("Missing", "Chosen", "Others", "Verdicts changed")
     parts = []
