@@ -99,7 +99,7 @@ class Whole:
         """Return the number as an int."""
         plain = _without_wrapper(value)
         try:
-            if isinstance(plain, bool) or getattr(plain, "ndim", 0):
+            if isinstance(plain, bool) or _has_axes(plain):
                 raise TypeError
             number = operator.index(plain)
         except TypeError:
@@ -340,7 +340,7 @@ def shown(value: Any) -> str:
     # repr of an integer of thousands of digits is an error by itself.
     if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 128:
         return f"a whole number of {value.bit_length()} bits"
-    if getattr(value, "ndim", 0):
+    if _has_axes(value):
         return f"an array of shape {tuple(value.shape)}"
     return " ".join(_Short().repr(value).split())
 
@@ -359,3 +359,7 @@ def _without_wrapper(value: Any) -> Any:
         except (RuntimeError, ValueError, TypeError):  # a tensor without memory
             return value
     return value
+
+
+def _has_axes(value: Any) -> bool:
+    return bool(getattr(value, "ndim", 0))
