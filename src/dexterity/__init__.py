@@ -3,17 +3,31 @@
 Quantities are SI and radians in float64; leading axes are batch axes; twists are ordered [v; ω];
 ``T_a_b`` maps coordinates in frame b to frame a.
 
+==================================  ==================================================================
+``Chain``                           a serial robot: from screws, Denavit–Hartenberg rows or a URDF
+``robots``                          the robots of the package, and robot files
+``spatial``                         poses, twists, rotations
+``Index``, ``indices``              dexterity indices and ellipsoids
+``tasks``                           the index that serves a task, and rankings by it
+``inverse_kinematics``              configurations at a pose, null-space motion
+``symbolic``, ``codegen``           exact indices compiled, and their source code
+``sampling``, ``search``            spaces of configurations; optima in them
+``reach``                           reach maps and base placement
+``networks``                        learned stand-ins for indices, with cards
+``docking``, ``workspace``, ``crane``  the systems of three papers
+``scenes``, ``timing``              pictures in 3-D, measured times
+==================================  ==================================================================
+
 Modules are imported when they are first used, so that a program pays for the parts that it uses alone.
 """
 
 from importlib import import_module
-from types import ModuleType
-from typing import TYPE_CHECKING
-
-from dexterity.chain import Chain
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dexterity import (
+        chain,
+        codegen,
         crane,
         docking,
         indices,
@@ -29,11 +43,16 @@ if TYPE_CHECKING:
         timing,
         workspace,
     )
+    from dexterity.chain import Chain
+    from dexterity.indices import Index
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Chain",
+    "Index",
+    "chain",
+    "codegen",
     "crane",
     "docking",
     "indices",
@@ -50,13 +69,17 @@ __all__ = [
     "workspace",
 ]
 
-# Hidden from type checkers, for whom every name would otherwise be a module.
+# Hidden from type checkers, for whom every name would otherwise be of one type.
 if not TYPE_CHECKING:
+    _CLASSES = {"Chain": "dexterity.chain", "Index": "dexterity.indices"}
 
-    def __getattr__(name: str) -> ModuleType:
-        if name in __all__:
+    def __getattr__(name: str) -> Any:
+        if name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if name not in _CLASSES:
             return import_module(f"{__name__}.{name}")
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = getattr(import_module(_CLASSES[name]), name)
+        return globals()[name]
 
     def __dir__() -> list[str]:
         return sorted({*globals(), *__all__})

@@ -1,7 +1,26 @@
 """Code generated from derivations: C99, JavaScript and torch."""
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.codegen.c99 import c_source
 from dexterity.codegen.javascript import javascript_module
 from dexterity.codegen.library import CompilationFailed
 
-__all__ = ["CompilationFailed", "c_source", "javascript_module"]
+if TYPE_CHECKING:
+    from dexterity.codegen import ecmascript, pose, recorded_functions, recording, tape
+
+__all__ = [
+    "CompilationFailed",
+    "c_source",
+    "ecmascript",
+    "javascript_module",
+    "pose",
+    "recorded_functions",
+    "recording",
+    "tape",
+]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)

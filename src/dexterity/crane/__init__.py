@@ -12,6 +12,9 @@ The rigid tip [m], and its vertical deflection [mm] under 200 kg:
 -22
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.crane import positioning
 from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS, TrainingSet, training_set
 from dexterity.crane.description import Crane, patu655, read_crane
@@ -29,6 +32,9 @@ from dexterity.crane.kinematics import (
 )
 from dexterity.crane.similarity import scaled
 from dexterity.crane.structure import LoadResponse, deflection, flexible_tip, load_response
+
+if TYPE_CHECKING:
+    from dexterity.crane import shape
 
 __all__ = [
     "TEST_PAYLOADS",
@@ -56,8 +62,13 @@ __all__ = [
     "posture",
     "read_crane",
     "scaled",
+    "shape",
     "tip_jacobian",
     "tip_position",
     "training_set",
     "within_limits",
 ]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)

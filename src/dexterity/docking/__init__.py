@@ -9,6 +9,9 @@ Examples
 0.026
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.docking.area import (
     TOOL_UP,
     Solutions,
@@ -22,6 +25,9 @@ from dexterity.docking.area import (
 )
 from dexterity.docking.problem import Docking, DockingProblem, genetic_docking, global_docking
 
+if TYPE_CHECKING:
+    from dexterity.docking import export
+
 __all__ = [
     "TOOL_UP",
     "Docking",
@@ -30,6 +36,7 @@ __all__ = [
     "area_manipulability",
     "base_pose",
     "configurations",
+    "export",
     "genetic_docking",
     "global_docking",
     "inverse_kinematics",
@@ -37,3 +44,7 @@ __all__ = [
     "on_base",
     "square",
 ]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)

@@ -9,9 +9,15 @@ Examples
 True
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.timing.machine import Machine, conditions, processor, versions
 from dexterity.timing.measurement import Ratio, Timing, Way, measure, ratio
 from dexterity.timing.tables import readable, table, to_csv, to_markdown, write
+
+if TYPE_CHECKING:
+    from dexterity.timing import instructions
 
 __all__ = [
     "Machine",
@@ -19,6 +25,7 @@ __all__ = [
     "Timing",
     "Way",
     "conditions",
+    "instructions",
     "measure",
     "processor",
     "ratio",
@@ -29,3 +36,7 @@ __all__ = [
     "versions",
     "write",
 ]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)

@@ -8,6 +8,41 @@ Examples
 [True, False]
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.workspace.reachability import reachable
 
-__all__ = ["reachable"]
+if TYPE_CHECKING:
+    from dexterity.workspace import (
+        archive,
+        closed_form,
+        compiled,
+        dataset,
+        dynamics,
+        export,
+        jacobian_net,
+        maps,
+        reachability,
+        resolved_rate,
+        training,
+    )
+
+__all__ = [
+    "archive",
+    "closed_form",
+    "compiled",
+    "dataset",
+    "dynamics",
+    "export",
+    "jacobian_net",
+    "maps",
+    "reachability",
+    "reachable",
+    "resolved_rate",
+    "training",
+]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)

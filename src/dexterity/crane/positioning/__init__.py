@@ -9,6 +9,9 @@ Examples
 True
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.crane.positioning.angle_network import AngleNetworkSag
 from dexterity.crane.positioning.compensation import (
     by_inverse_network,
@@ -46,6 +49,9 @@ from dexterity.crane.positioning.task import (
     thesis_task,
 )
 
+if TYPE_CHECKING:
+    from dexterity.crane.positioning import export
+
 __all__ = [
     "AngleNetworkSag",
     "DescentOptions",
@@ -64,6 +70,7 @@ __all__ = [
     "direct_network",
     "errors",
     "exact_inverse",
+    "export",
     "gauss_newton",
     "genetic",
     "genetic_inverse",
@@ -78,3 +85,7 @@ __all__ = [
     "trigonometric_features",
     "uncompensated",
 ]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)
