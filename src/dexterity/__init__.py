@@ -24,6 +24,8 @@ Modules are imported when they are first used, so that a program pays for the pa
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dexterity import lazy
+
 if TYPE_CHECKING:
     from dexterity import (
         chain,
@@ -72,14 +74,9 @@ __all__ = [
 # Hidden from type checkers, for whom every name would otherwise be of one type.
 if not TYPE_CHECKING:
     _CLASSES = {"Chain": "dexterity.chain", "Index": "dexterity.indices"}
+    _submodule, __dir__ = lazy.submodules(__name__, __all__)
 
     def __getattr__(name: str) -> Any:
-        if name not in __all__:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        if name not in _CLASSES:
-            return import_module(f"{__name__}.{name}")
-        globals()[name] = getattr(import_module(_CLASSES[name]), name)
-        return globals()[name]
-
-    def __dir__() -> list[str]:
-        return sorted({*globals(), *__all__})
+        if name in _CLASSES:
+            return getattr(import_module(_CLASSES[name]), name)
+        return _submodule(name)
