@@ -19,16 +19,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import reduce
-from typing import Any, TypeAlias
 
-import numpy as np
 import torch
 from jaxtyping import Float64
-from numpy.typing import NDArray
 from torch import Tensor
 
+from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
+from dexterity.spatial.values import TensorLike, are_readable, require_finite_result, to_float64
+
 __all__ = [
-    "TensorLike",
     "adjoint",
     "apply",
     "compose",
@@ -38,77 +37,12 @@ __all__ = [
     "inverse_adjoint",
     "log",
     "pose",
-    "require_joints",
     "require_rigid",
-    "to_extended_float64",
-    "to_float64",
+    "rotation_miss",
+    "translation",
     "vee",
     "wrap_to_pi",
 ]
-
-TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
-"""Whatever :func:`torch.as_tensor` takes."""
-
-
-def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
-    """Raise real numbers to a float64 tensor on the device they are on.
-
-    Parameters
-    ----------
-    value
-        Tensor, array, nested sequence or number. Integers and float32 are raised to float64.
-    name
-        What the caller calls it; used in the error.
-
-    Raises
-    ------
-    ValueError
-        If an element is NaN or infinite.
-    TypeError
-        If the elements are not real numbers.
-    """
-    tensor = _as_float64(value, name)
-    if not torch.isfinite(tensor).all():
-        raise ValueError(f"{name} is not finite: it holds NaN or an infinity")
-    return tensor
-
-
-def to_extended_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
-    """Raise real numbers to a float64 tensor as :func:`to_float64` does, infinities allowed.
-
-    Raises
-    ------
-    ValueError
-        If an element is NaN.
-    TypeError
-        If the elements are not real numbers.
-    """
-    tensor = _as_float64(value, name)
-    if tensor.isnan().any():
-        raise ValueError(f"{name} holds NaN")
-    return tensor
-
-
-def require_joints(q: Tensor, joints: int, owner: str) -> Float64[Tensor, "*batch n"]:
-    """Return joint values as they are if their last axis is the number of joints.
-
-    Parameters
-    ----------
-    q
-        (..., n) joint values, [rad] or [m].
-    joints
-        Number of joints n.
-    owner
-        Whose joints they are, such as ``"chain"``; used in the error.
-
-    Raises
-    ------
-    ValueError
-        If the last axis is not the number of joints.
-    """
-    if q.shape[-1:] != (joints,):
-        raise ValueError(f"q has shape {tuple(q.shape)}; the {owner} has {joints} joints: (..., {joints})")
-    return q
 
 
 def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
@@ -117,19 +51,57 @@ def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*bat
     Raises
     ------
     ValueError
-        If the shapes do not fit or the rotation is not orthonormal with determinant +1.
+        If the shapes do not fit or the rotation is not orthonormal with determinant +1, to six digits.
     """
-    R = _trailing(to_float64(rotation, "rotation"), "rotation", (3, 3))
-    p = _trailing(to_float64(translation, "translation"), "translation", (3,))
+    R = trailing(to_float64(rotation, "rotation"), "rotation", (3, 3))
+    p = trailing(to_float64(translation, "translation"), "translation", (3,))
     batch = _common_batch("rotation and translation", R.shape[:-2], p.shape[:-1])
-    T = _assemble(R.expand(*batch, 3, 3), p.expand(*batch, 3))
+    T = assemble(R.expand(*batch, 3, 3), p.expand(*batch, 3))
     return require_rigid(T, "rotation")
 
 
-def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
-    """Return `T` as a tensor if it is a rigid-body pose (to 1e-9), else say what is wrong with it.
+def translation(x: TensorLike, y: TensorLike, z: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
+    """Pose without a rotation, moved by x, y and z [m], each a number or (...).
 
-    A rotation that was rounded to float32 misses that tolerance; nothing is repaired, so give it in float64.
+    Raises
+    ------
+    ValueError
+        If something is not finite or the shapes do not broadcast.
+    """
+    parts = [to_float64(part, name) for part, name in ((x, "x"), (y, "y"), (z, "z"))]
+    batch = _common_batch("x, y and z", *(part.shape for part in parts))
+    p = torch.stack([part.expand(batch) for part in parts], dim=-1)
+    return assemble(torch.eye(3, dtype=p.dtype, device=p.device).expand(*batch, 3, 3), p)
+
+
+def rotation_miss(matrix: TensorLike) -> Float64[Tensor, "*batch"]:
+    r"""Largest element of :math:`|R^\top R - I|`: by how much a rotation misses orthonormality.
+
+    Parameters
+    ----------
+    matrix
+        (..., 3, 3) or (..., 4, 4), of which the rotation block counts.
+
+    Raises
+    ------
+    ValueError
+        If the shape does not fit or something is not finite.
+    """
+    matrix = to_float64(matrix, "matrix")
+    if matrix.shape[-2:] not in ((3, 3), (4, 4)):
+        raise ValueError(f"matrix has shape {tuple(matrix.shape)}; its last axes must be 3 × 3 or 4 × 4")
+    R = matrix[..., :3, :3]
+    return (R.mT @ R - torch.eye(3, dtype=R.dtype, device=R.device)).abs().amax((-2, -1))
+
+
+def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
+    """Return `T` as a tensor if it is a rigid-body pose.
+
+    A rotation that misses orthonormality by more than rounding and by at most 1e-5, such as one in single
+    precision or with six printed digits, is replaced by its nearest rotation (see
+    :mod:`dexterity.spatial.tolerances`); :func:`rotation_miss` says by how much it missed, and
+    :func:`dexterity.spatial.nearest_rigid` repairs larger misses. While torch traces or transforms a
+    function, neither is looked at.
 
     Raises
     ------
@@ -137,20 +109,25 @@ def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
         If the shape is not (..., 4, 4), the last row is not 0 0 0 1, or the rotation block is not
         orthonormal with determinant +1.
     """
-    T = _trailing(to_float64(T, name), name, (4, 4))
-    R, last_row = T[..., :3, :3], T[..., 3, :]
-    if T.numel() == 0:
+    T = trailing(to_float64(T, name), name, (4, 4))
+    if T.numel() == 0 or not are_readable(T):
         return T
-    if (last_row - last_row.new_tensor([0, 0, 0, 1])).abs().max() > _RIGID_TOLERANCE:
+    R, last_row = T[..., :3, :3], T[..., 3, :]
+    if (last_row - last_row.new_tensor([0, 0, 0, 1])).abs().max() > SIX_DIGITS:
         raise ValueError(f"{name} is not a rigid-body pose: its last row is not 0 0 0 1")
-    defect = (R.mT @ R - torch.eye(3, dtype=R.dtype, device=R.device)).abs().max()
-    if defect > _RIGID_TOLERANCE:
+    miss = rotation_miss(R)
+    worst = float(miss.detach().max())
+    if not worst <= SIX_DIGITS:
         raise ValueError(
-            f"{name} is not a rigid-body pose: its rotation misses orthonormality by {defect:.1e}"
+            f"{name} is not a rigid-body pose: its rotation misses orthonormality by {worst:.1e}, "
+            f"and more than {SIX_DIGITS:g} is not rounding; dexterity.spatial.nearest_rigid repairs it"
         )
     if (torch.linalg.det(R) < 0).any():
         raise ValueError(f"{name} is not a rigid-body pose: its rotation is a reflection (determinant -1)")
-    return T
+    if worst <= ROUNDING:
+        return T
+    mended = assemble(polar_rotation(R), T[..., :3, 3])
+    return torch.where((miss > ROUNDING)[..., None, None], mended, T)
 
 
 def hat(vector: TensorLike) -> Tensor:
@@ -193,7 +170,7 @@ def vee(matrix: TensorLike) -> Tensor:
     S = matrix[..., :3, :3]
     omega = torch.stack([S[..., 2, 1], S[..., 0, 2], S[..., 1, 0]], dim=-1)
     vector = omega if matrix.shape[-1] == 3 else torch.cat([matrix[..., :3, 3], omega], dim=-1)
-    if matrix.numel() and (hat(vector) - matrix).abs().max() > _RIGID_TOLERANCE:
+    if matrix.numel() and are_readable(matrix) and (hat(vector) - matrix).abs().max() > ROUNDING:
         raise ValueError("matrix is not the hat of a vector: it is not skew-symmetric over a zero last row")
     return vector
 
@@ -212,19 +189,21 @@ def exp(twist: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     Raises
     ------
     ValueError
-        If the last axis is not 6 or a value is not finite.
+        If the last axis is not 6, a value is not finite, or the values are so large that their squares
+        overflow.
 
     References
     ----------
     Murray, Li & Sastry (1994), Eqs. 2.14, 2.32 and 2.36.
     """
-    twist = _trailing(to_float64(twist, "twist"), "twist", (6,))
+    twist = trailing(to_float64(twist, "twist"), "twist", (6,))
     v, omega = twist[..., :3], twist[..., 3:]
     W = _skew(omega)
     a, b, c = (f[..., None, None] for f in _exponential_factors((omega * omega).sum(-1)))
     identity = torch.eye(3, dtype=twist.dtype, device=twist.device)
     V = identity + b * W + c * (W @ W)
-    return _assemble(identity + a * W + b * (W @ W), (V @ v[..., None])[..., 0])
+    T = assemble(identity + a * W + b * (W @ W), (V @ v[..., None])[..., 0])
+    return require_finite_result(T, "twist")
 
 
 def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
@@ -257,7 +236,8 @@ def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
     W = _skew(omega)
     d = _inverse_factor((omega * omega).sum(-1))[..., None, None]
     V_inverse = torch.eye(3, dtype=T.dtype, device=T.device) - 0.5 * W + d * (W @ W)
-    return torch.cat([(V_inverse @ T[..., :3, 3:])[..., 0], omega], dim=-1)
+    twist = torch.cat([(V_inverse @ T[..., :3, 3:])[..., 0], omega], dim=-1)
+    return require_finite_result(twist, "T")
 
 
 def apply(T: Float64[Tensor, "*#batch 4 4"], p: Float64[Tensor, "*#batch 3"]) -> Float64[Tensor, "*batch 3"]:
@@ -294,7 +274,7 @@ def adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:
     R, p = T[..., :3, :3], T[..., :3, 3]
     top = torch.cat([R, _skew(p) @ R], dim=-1)
     bottom = torch.cat([torch.zeros_like(R), R], dim=-1)
-    return torch.cat([top, bottom], dim=-2)
+    return require_finite_result(torch.cat([top, bottom], dim=-2), "T")
 
 
 def inverse_adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:
@@ -312,9 +292,11 @@ def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     """
     if not poses:
         raise ValueError("poses is empty; at least one is needed")
-    checked = [_poses(T) for T in poses]
+    checked = [trailing(to_float64(T, "T"), "T", (4, 4)) for T in poses]
     _common_batch("poses", *(T.shape[:-2] for T in checked))
-    return reduce(torch.matmul, checked)
+    # A product of one pose is a copy: what is returned never changes with the caller's array.
+    product = reduce(torch.matmul, checked) if len(checked) > 1 else checked[0].clone()
+    return require_finite_result(product, "poses")
 
 
 def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
@@ -327,34 +309,13 @@ def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     """
     T = require_rigid(T, "T")
     R_transposed = T[..., :3, :3].mT
-    return _assemble(R_transposed, -(R_transposed @ T[..., :3, 3:])[..., 0])
+    return require_finite_result(assemble(R_transposed, -(R_transposed @ T[..., :3, 3:])[..., 0]), "T")
 
 
-_RIGID_TOLERANCE = 1e-9
 _SERIES_BELOW = 0.25  # θ²; the series below are cut where their next term is under 1e-17 there
 
 
-def _as_float64(value: TensorLike, name: str) -> Tensor:
-    if isinstance(value, np.ndarray):
-        # torch warns about arrays that cannot be written to and refuses those that run backwards.
-        value = np.require(value, requirements=["C", "W"])
-    try:
-        tensor = torch.as_tensor(value)
-    except (TypeError, ValueError, RuntimeError) as error:
-        raise TypeError(f"{name} cannot be read as an array of numbers: {error}") from error
-    if tensor.is_complex() or tensor.dtype == torch.bool:
-        raise TypeError(f"{name} holds {tensor.dtype} values; real numbers are needed")
-    return tensor if tensor.dtype == torch.float64 else _raise_precision(value, tensor)
-
-
-def _raise_precision(value: TensorLike, tensor: Tensor) -> Tensor:
-    # Python floats would pass through torch's default float32: read the original again as float64.
-    if isinstance(value, Tensor):
-        return tensor.to(torch.float64)
-    return torch.as_tensor(value, dtype=torch.float64)
-
-
-def _trailing(tensor: Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
+def trailing(tensor: Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
     if tuple(tensor.shape[-len(shape) :]) != shape or tensor.ndim < len(shape):
         wanted = ", ".join(map(str, shape))
         raise ValueError(f"{name} has shape {tuple(tensor.shape)}; (..., {wanted}) is needed")
@@ -369,11 +330,7 @@ def _common_batch(names: str, *shapes: torch.Size) -> torch.Size:
         raise ValueError(f"{names} have batch axes {batches}, which do not broadcast") from error
 
 
-def _poses(T: TensorLike) -> Tensor:
-    return _trailing(to_float64(T, "T"), "T", (4, 4))
-
-
-def _assemble(R: Tensor, p: Tensor) -> Tensor:
+def assemble(R: Tensor, p: Tensor) -> Tensor:
     top = torch.cat([R, p[..., None]], dim=-1)
     last_row = top.new_tensor([0.0, 0.0, 0.0, 1.0]).expand(*top.shape[:-2], 1, 4)
     return torch.cat([top, last_row], dim=-2)
@@ -424,7 +381,7 @@ def _horner(x: Tensor, coefficients: Sequence[float]) -> Tensor:
 
 
 def _rotation_vector(R: Tensor) -> Tensor:
-    q = _unit_quaternion(R)
+    q = unit_quaternion(R)
     w, xyz = q[..., 0], q[..., 1:]
     n_squared = (xyz * xyz).sum(-1)
     small = n_squared < 1e-4
@@ -435,7 +392,7 @@ def _rotation_vector(R: Tensor) -> Tensor:
     return torch.where(small, near, far)[..., None] * xyz
 
 
-def _unit_quaternion(R: Tensor) -> Tensor:
+def unit_quaternion(R: Tensor) -> Tensor:
     """Quaternion (w, x, y, z) with w ≥ 0, from the row of 4 q qᵀ whose diagonal entry is largest."""
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = (row.unbind(-1) for row in R.unbind(-2))
     one = torch.ones_like(r00)
@@ -458,3 +415,25 @@ def _unit_quaternion(R: Tensor) -> Tensor:
 def _sign_of_first_nonzero(q: Tensor) -> Tensor:
     first = (q != 0).to(torch.int8).argmax(-1, keepdim=True)
     return torch.take_along_dim(q, first, dim=-1).sign().detach()
+
+
+def polar_rotation(M: Tensor) -> Tensor:
+    """Rotation nearest to matrices (..., 3, 3) with a positive determinant.
+
+    The singular vectors have no gradient where singular values meet, as they do near a rotation. So they only
+    give the start: each of two steps of Newton on the condition that RᵀM is symmetric adds to the order of
+    the derivatives, the third included.
+    """
+    U, _, Vh = torch.linalg.svd(M.detach())
+    R = U @ Vh
+    identity = torch.eye(3, dtype=M.dtype, device=M.device)
+    for _ in range(2):
+        product = R.mT @ M
+        skew, symmetric = product - product.mT, (product + product.mT) / 2
+        trace = symmetric.diagonal(dim1=-2, dim2=-1).sum(-1)[..., None, None]
+        turn = torch.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], dim=-1)
+        omega = torch.linalg.solve(trace * identity - symmetric, turn[..., None])[..., 0]
+        W = _skew(omega)
+        a, b, _ = (f[..., None, None] for f in _exponential_factors((omega * omega).sum(-1)))
+        R = R @ (identity + a * W + b * (W @ W))
+    return R

@@ -1,0 +1,184 @@
+"""What a caller gives becomes a float64 tensor, or an error that names it.
+
+Shapes and types are always checked. Values are checked once, where they enter, and only where Python can
+read them: not while torch traces a function (``torch.compile``, ``torch.export``), transforms it
+(``torch.func.vmap``, ``jvp`` …) or works without values (device ``meta``). There a NaN passes through.
+
+Examples
+--------
+>>> import torch
+>>> from dexterity.spatial import to_float64
+>>> to_float64([1, 2], "speed").dtype
+torch.float64
+>>> to_float64([1, float("nan")], "speed")
+Traceback (most recent call last):
+ValueError: speed is not finite: it holds NaN or an infinity
+>>> torch.func.vmap(lambda x: 2 * to_float64(x, "x"))(torch.ones(2)).tolist()
+[2.0, 2.0]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import torch
+from jaxtyping import Float64
+from numpy.typing import NDArray
+from torch import Tensor
+
+__all__ = [
+    "TensorLike",
+    "are_readable",
+    "require_finite_result",
+    "require_joints",
+    "to_extended_float64",
+    "to_float64",
+]
+
+TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
+"""Real numbers: a tensor, a numpy array, a nested sequence of numbers or tensors, or a number."""
+
+
+def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
+    """Raise real numbers to a float64 tensor on the device they are on.
+
+    Parameters
+    ----------
+    value
+        Tensor, array, nested sequence of numbers, arrays or tensors, or number. Integers and floats of every
+        precision are raised to float64. Arrays may be read-only or run backwards. Sequences of tensors
+        that require gradients pass them on.
+    name
+        What the caller calls it; used in the error.
+
+    Raises
+    ------
+    ValueError
+        If an element is NaN or infinite.
+    TypeError
+        If the elements are not real numbers (booleans and complex numbers are none), the array is masked, or
+        the tensor is sparse.
+    """
+    tensor = _as_float64(value, name)
+    if are_readable(tensor) and not torch.isfinite(tensor).all():
+        raise ValueError(f"{name} is not finite: it holds NaN or an infinity")
+    return tensor
+
+
+def to_extended_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
+    """Raise real numbers to a float64 tensor as :func:`to_float64` does, infinities allowed.
+
+    Raises
+    ------
+    ValueError
+        If an element is NaN.
+    TypeError
+        As :func:`to_float64`.
+    """
+    tensor = _as_float64(value, name)
+    if are_readable(tensor) and tensor.isnan().any():
+        raise ValueError(f"{name} holds NaN")
+    return tensor
+
+
+def are_readable(tensor: Tensor) -> bool:
+    """Whether Python can read the values of a tensor, and so a check can look at them.
+
+    They cannot be read while torch compiles or exports a function, inside its function transforms, and on the
+    device ``meta``.
+    """
+    if torch.compiler.is_compiling():
+        return False
+    return not (tensor.is_meta or torch._C._functorch.is_functorch_wrapped_tensor(tensor))
+
+
+def require_finite_result(result: Tensor, name: str) -> Float64[Tensor, "..."]:
+    """Return a result if it is finite; else the argument was so large that float64 cannot hold it.
+
+    Raises
+    ------
+    ValueError
+        If an element is NaN or infinite.
+    """
+    if are_readable(result) and not torch.isfinite(result).all():
+        raise ValueError(f"{name} is so large that the result overflows float64")
+    return result
+
+
+def require_joints(q: Tensor, joints: int, owner: str) -> Float64[Tensor, "*batch n"]:
+    """Return joint values as they are if their last axis is the number of joints.
+
+    Parameters
+    ----------
+    q
+        (..., n) joint values, [rad] or [m].
+    joints
+        Number of joints n.
+    owner
+        Whose joints they are, such as ``"chain"``; used in the error.
+
+    Raises
+    ------
+    ValueError
+        If the last axis is not the number of joints.
+    """
+    if q.shape[-1:] != (joints,):
+        raise ValueError(f"q has shape {tuple(q.shape)}; the {owner} has {joints} joints: (..., {joints})")
+    return q
+
+
+def _as_float64(value: TensorLike, name: str) -> Tensor:
+    if isinstance(value, Tensor):
+        return _tensor_as_float64(value, name)
+    if torch.compiler.is_compiling():
+        return torch.as_tensor(value, dtype=torch.float64)  # numpy is not traced
+    if isinstance(value, list | tuple) and _holds_tensors(value):
+        return _stacked(value, name)
+    if isinstance(value, np.ma.MaskedArray):
+        raise TypeError(f"{name} is a masked array; fill it first, with filled()")
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError, OverflowError, RuntimeError) as error:
+        raise TypeError(f"{name} cannot be read as an array of numbers: {error}") from error
+    if array.dtype.kind in "bc":
+        raise TypeError(f"{name} holds torch.{array.dtype} values; real numbers are needed")
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} cannot be read as an array of numbers: it holds {array.dtype.name} values")
+    array = array.astype(np.float64, copy=False)
+    # torch refuses arrays that run backwards and warns about those that cannot be written to.
+    if not array.flags.writeable or any(stride < 0 for stride in array.strides):
+        array = array.copy(order="C")
+    return torch.as_tensor(array)
+
+
+def _tensor_as_float64(tensor: Tensor, name: str) -> Tensor:
+    if tensor.dtype == torch.float64 and tensor.layout == torch.strided:
+        return tensor
+    if tensor.layout != torch.strided:
+        raise TypeError(f"{name} is a tensor of layout {tensor.layout}; call to_dense() first")
+    if tensor.is_complex() or tensor.dtype == torch.bool or tensor.is_quantized:
+        raise TypeError(f"{name} holds {tensor.dtype} values; real numbers are needed")
+    return tensor.to(torch.float64)
+
+
+def _holds_tensors(value: Sequence[Any]) -> bool:
+    return any(
+        isinstance(part, Tensor) or (isinstance(part, list | tuple) and _holds_tensors(part))
+        for part in value
+    )
+
+
+def _stacked(value: Sequence[Any], name: str) -> Tensor:
+    """Stack a sequence with tensors in it, so that their gradients are passed on."""
+    parts = [_as_float64(part, name) for part in value]
+    device = next(part.device for part, given in zip(parts, value, strict=True) if _has_device(given))
+    try:
+        return torch.stack([part.to(device) for part in parts])
+    except RuntimeError as error:
+        raise TypeError(f"{name} cannot be read as an array of numbers: {error}") from error
+
+
+def _has_device(value: Any) -> bool:
+    return isinstance(value, Tensor) or (isinstance(value, list | tuple) and _holds_tensors(value))

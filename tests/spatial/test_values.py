@@ -1,0 +1,145 @@
+"""What a caller gives: every kind of array, and torch's compilation, export, transforms and devices."""
+
+import subprocess
+import sys
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import torch
+from torch.testing import assert_close
+
+import dexterity as dx
+from dexterity import spatial
+
+Q = [0.3, -0.5, 0.7, 0.2, 0.9, -0.4]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.ones((1, 6))[::-1],
+        np.ones((6, 1))[:, ::-1].T,
+        np.broadcast_to(1.0, (6,)),
+        np.ones(6, dtype=">f8"),
+        np.ones(6, dtype=np.longdouble),
+        np.ones(6, dtype=np.float16),
+        np.ones(6, dtype=np.uint16),
+        [np.float32(1)] * 6,
+        [np.ones(1)] * 6,
+        [torch.ones(())] * 6,
+        [torch.ones((), dtype=torch.float32), 1, 1.0, np.float64(1), np.ones(()), torch.tensor(1)],
+        torch.ones(6, dtype=torch.bfloat16),
+        torch.nn.Parameter(torch.ones(6)),
+    ],
+    ids=lambda value: f"{type(value).__name__} {getattr(value, 'dtype', '')}",
+)
+def test_real_numbers_in_any_form(value):
+    taken = spatial.to_float64(value, "q")
+    assert taken.dtype == torch.float64
+    assert_close(taken.detach().reshape(6), torch.ones(6, dtype=torch.float64), rtol=0, atol=0)
+
+
+def test_a_row_that_runs_backwards():
+    puma = dx.robots.puma560()
+    q = np.array([Q])
+    assert_close(puma.forward(q[::-1]), puma.forward(q), rtol=0, atol=0)
+
+
+def test_scalars_that_require_gradients_pass_them_on():
+    scalars = [torch.tensor(x, dtype=torch.float64, requires_grad=True) for x in Q]
+    for q in (scalars, [scalars], [[*scalars[:3], *Q[3:]]]):
+        z = dx.robots.puma560().forward(q)[..., 2, 3].sum()
+        slopes = torch.autograd.grad(z, scalars[:3])
+        assert all(slope.abs() > 0 for slope in slopes[1:])
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.ma.array([1.0, 2.0], mask=[True, False]),
+        torch.ones(2).to_sparse(),
+        10**400,
+        [Fraction(1, 3)],
+        [[1.0], [1.0, 2.0]],
+        [torch.ones(2), torch.ones(3)],
+        [torch.ones(2), [1.0]],
+        [None],
+        "12",
+        {1.0},
+        {"a": 1},
+        object(),
+        np.array(["2020-01-01"], dtype="datetime64[D]"),
+        [torch.tensor(True), 1.0],
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_is_no_array_of_real_numbers_is_refused_by_name(value, annotations_unchecked):
+    with pytest.raises(TypeError, match=r"^speed "):
+        spatial.to_float64(value, "speed")
+
+
+def test_the_callers_array_is_never_written_to():
+    array = np.eye(4, dtype=np.float64)
+    before = array.copy()
+    spatial.log(spatial.compose(array, array))
+    np.testing.assert_array_equal(array, before)
+
+
+# ---- torch's own tools (pytorch_kinematics PR #26, #66; pytorch_kinematics#39) -----------------------
+
+
+def functions() -> dict:
+    arm = dx.robots.puma560()
+    return {
+        "forward": arm.forward,
+        "spatial": arm.spatial_jacobian,
+        "body": arm.body_jacobian,
+        "geometric": arm.geometric_jacobian,
+        "frames": arm.joint_frames,
+        "exponential": spatial.exp,
+        "logarithm": lambda q: spatial.log(arm.forward(q)),
+        "adjoint": lambda q: spatial.adjoint(arm.forward(q)),
+        "inverse": lambda q: spatial.compose(spatial.inverse(arm.forward(q)), arm.forward(2 * q)),
+        "quaternion": lambda q: spatial.quaternion(arm.forward(q), order="xyzw"),
+        "rpy": lambda q: spatial.from_rpy(spatial.rpy(arm.forward(q)), q[..., :3]),
+        "nearest": lambda q: spatial.nearest_rigid(1.0001 * arm.forward(q)),
+    }
+
+
+@pytest.mark.parametrize("name", functions())
+def test_function_transforms(name):
+    f = functions()[name]
+    q = torch.rand(5, 6, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    assert_close(torch.func.vmap(f)(q), f(q), rtol=0, atol=1e-12)
+    alone = torch.stack([torch.autograd.functional.jacobian(f, row) for row in q])
+    assert_close(torch.func.vmap(torch.func.jacrev(f))(q), alone, rtol=0, atol=1e-10)
+
+
+TRACED = """
+import sys, torch, dexterity as dx
+sys.path.insert(0, {folder!r})
+from test_values import functions
+
+q = torch.rand(5, 6, dtype=torch.float64)
+class Module(torch.nn.Module):
+    def __init__(self, f):
+        super().__init__()
+        self.f = f
+    def forward(self, q):
+        return self.f(q)
+for name, f in functions().items():
+    torch.testing.assert_close(torch.compile(f, fullgraph=True, backend="eager")(q), f(q))
+    exported = torch.export.export(Module(f), (q,)).module()
+    torch.testing.assert_close(exported(q), f(q))
+    assert f(q.to("meta")).is_meta
+"""
+
+
+def test_compilation_export_and_a_device_without_values():
+    """In a process of its own: the run-time checks of annotations in the tests cannot be traced."""
+    from pathlib import Path
+
+    code = TRACED.format(folder=str(Path(__file__).parent))
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
