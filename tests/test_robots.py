@@ -12,7 +12,7 @@ from torch.testing import assert_close
 import dexterity as dx
 from dexterity import robots, store
 
-NAMES = ("docking_arm", "fanuc_am120ib", "puma560", "uvms")
+NAMES = ("docking_arm", "fanuc_am120ib", "panda", "puma560", "ur5e", "uvms")
 LINKAGES = ("patu655",)
 UVMS_FILE = store.data_path("robots", "uvms.toml").read_text(encoding="utf-8")
 
@@ -308,13 +308,13 @@ BAD_FILES = {
     "variant of a text": (replaced("a = 1.0", 'a = "1.0"'), "a of variant long is '1.0'"),
     "variant is a number": (BAD_VARIANT, "variant long is 2"),
     "vehicle without size": (replaced("size = [1, 2, 3]", ""), "vehicle has no size"),
-    "vehicle of two sides": (replaced("size = [1, 2, 3]", "size = [1, 2]"), r"size is \[1, 2\]"),
+    "vehicle of two sides": (replaced("size = [1, 2, 3]", "size = [1, 2]"), r"size of vehicle is \[1, 2\]"),
     "unknown entry of the vehicle": (replaced("size =", "mass = 3\nsize ="), r"vehicle holds \['mass'\]"),
     "vehicle is a number": (BAD_VEHICLE, "vehicle is 1"),
     "lengths beside rows": (SMALL_DH + "[lengths]\na = 1\n", r"the file holds \['lengths'\]"),
     "row entry is a text": (replaced("a = 0.5", 'a = "0.5"', SMALL_DH), "a of joint 1 is '0.5'"),
     "row angle is a text": (BAD_ANGLE, "theta_deg of joint 1 is '90'"),
-    "unknown row entry": (replaced("theta_deg = 90", "theta = 1.57", SMALL_DH), r"joint 1 holds \['theta'\]"),
+    "unknown row entry": (replaced("theta_deg = 90", "angle = 90", SMALL_DH), r"joint 1 holds \['angle'\]"),
     "huge integer": (replaced("d = 0.25", f"d = {10**400}", SMALL_DH), ""),
     "not TOML": ("name: arm\n", ""),
     "empty": ("", "the file has no"),

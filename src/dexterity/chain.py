@@ -17,6 +17,7 @@ torch.Size([3, 6, 2])
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -25,7 +26,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import spatial, urdf
 from dexterity.spatial import TensorLike
 
 __all__ = ["Chain", "JointKind"]
@@ -215,6 +216,66 @@ class Chain:
         return cls(
             torch.stack(screws), home,
             name=name, joint_names=joint_names, lower=lower, upper=upper, rates=rates,
+        )  # fmt: skip
+
+    @classmethod
+    def from_urdf(
+        cls,
+        source: str | os.PathLike[str] | urdf.Model,
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        name: str | None = None,
+    ) -> Chain:
+        """Build a chain from the joints between two links of a URDF.
+
+        The world frame is that of the base link, the tool frame that of the tip link. Fixed, revolute,
+        continuous and prismatic joints are read, with axes of any length, joints in any order. Limits are
+        the joints' own, none for a continuous joint; rates are the limits' ``velocity``, 1 where it is
+        missing. The masses of what moves with each joint become :attr:`inertias`.
+
+        Parameters
+        ----------
+        source
+            Path of a URDF file, its text, or what :func:`dexterity.urdf.read` returned for it.
+        base
+            Name of the link that stands still; the only link without a parent by default.
+        tip
+            Name of the link that carries the tool; the only moving link without children by default. It may
+            lie anywhere in the tree: joints that are passed from child to parent move the other way.
+        name
+            Name of the chain; the robot's by default.
+
+        Raises
+        ------
+        ValueError
+            If the source is no URDF or a xacro file, the choice of base or tip is open, a link is unknown
+            or not connected, or the path holds a joint of another type, a mimic joint, a closed loop, a
+            name twice, or a missing or senseless value. The error names the file, the joint or link, and
+            the attribute.
+        TypeError
+            If `source` is neither a path nor a text, or a link's name is no text.
+        FileNotFoundError
+            If there is no such file.
+
+        Examples
+        --------
+        >>> text = '''<robot name="door"><link name="frame"/><link name="leaf"/>
+        ...   <joint name="hinge" type="revolute"><parent link="frame"/><child link="leaf"/>
+        ...   <axis xyz="0 0 1"/><limit lower="0" upper="1.5" velocity="2"/></joint></robot>'''
+        >>> import dexterity as dx
+        >>> dx.Chain.from_urdf(text).upper.tolist()
+        [1.5]
+
+        References
+        ----------
+        URDF: http://wiki.ros.org/urdf/XML/joint.
+        """
+        model = source if isinstance(source, urdf.Model) else urdf.read(source)
+        path = model.path(base, tip)
+        return cls(
+            path.screws, path.home, name=path.name if name is None else name,
+            joint_names=path.joint_names, lower=path.lower, upper=path.upper, rates=path.rates,
         )  # fmt: skip
 
     def on_vehicle(
