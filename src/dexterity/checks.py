@@ -44,6 +44,7 @@ __all__ = [
     "choice",
     "fields",
     "flag",
+    "function",
     "instance",
     "name",
     "names",
@@ -327,6 +328,19 @@ def choice(value: Any, name: str, known: Iterable[str]) -> str:
 def flag(value: Any, name: str) -> bool:
     """Return True or False; errors are those of :class:`Flag`."""
     return Flag()(value, name)
+
+
+def function(value: Any, name: str) -> Callable[..., Any]:
+    """Return what can be called.
+
+    Raises
+    ------
+    TypeError
+        If the value cannot be called.
+    """
+    if not callable(value):
+        raise TypeError(f"{name} is {shown(value)}; a function is needed")
+    return value
 
 
 def instance(value: Any, name: str, kind: type[_Kind]) -> _Kind:

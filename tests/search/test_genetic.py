@@ -5,6 +5,7 @@ import math
 import statistics
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 import torch
 from hypothesis import given
@@ -203,3 +204,24 @@ def test_an_objective_that_does_not_answer():
         genetic_search(lambda x: x[:, 0] / 0 * 0, LOW, HIGH, STEP, generator())
     with pytest.raises(ValueError, match="objective has values of shape"):
         genetic_search(lambda x: x, LOW, HIGH, STEP, generator())
+
+
+def test_a_precision_beyond_the_digits_of_a_number_is_refused():
+    with pytest.raises(ValueError, match=r"^precision is .*; at least 2\^-52 of the box is needed"):
+        Chromosome.of([0.0], [1.0], [1e-300])
+
+
+def test_a_chromosome_does_not_change_with_the_callers_limits():
+    lower, upper = np.zeros(2), torch.ones(2, dtype=torch.float64)
+    chromosome = Chromosome.of(lower, upper, [0.1, 0.1])
+    lower[:] = upper[:] = 7.0
+    assert chromosome.lower.tolist() == [0.0, 0.0]
+    assert chromosome.upper.tolist() == [1.0, 1.0]
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize("field", ["population", "generations", "crossover", "mutation", "patience"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, 2.5, True, "3", None])
+def test_options_that_are_no_numbers(field, value):
+    with pytest.raises((TypeError, ValueError), match=f"^{field} is "):
+        GeneticOptions(**{field: value})

@@ -84,7 +84,7 @@ def test_a_plateau_is_an_answer():
     ("change", "message"),
     [
         ({"starts": 0}, "starts is 0"),
-        ({"stages": -1}, "stages -1"),
+        ({"stages": -1}, "stages is -1"),
         ({"levels": 4}, "levels is 4"),
         ({"levels": 1}, "levels is 1"),
         ({"shrink": 1.0}, "shrink is 1.0"),
@@ -102,3 +102,33 @@ def test_steps_that_make_no_grid():
         zoom_search(ridge, LOW, HIGH, [0.1, 0.1, 0.0])
     with pytest.raises(ValueError, match=r"upper -4\.0 at variable 0"):
         zoom_search(ridge, HIGH, LOW, [0.1, 0.1, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "steps", "options", "argument"),
+    [
+        ([0] * 3, [1] * 3, [5e-4] * 3, {}, "steps"),
+        ([0], [1], [1e-300], {}, "steps"),
+        ([0] * 12, [1] * 12, [1] * 12, {"levels": 5}, "levels"),
+        ([-1e308], [1e308], [1e307], {}, "upper"),
+    ],
+)
+def test_a_search_that_fits_no_memory_is_refused_before_it_starts(lower, upper, steps, options, argument):
+    # 2001³ points would take 64 GB.
+    with pytest.raises(ValueError, match=f"^{argument} is "):
+        zoom_search(ridge, lower, upper, steps, ZoomOptions(**options))
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize("answer", ["x", None, 1j * torch.ones(27), object()])
+def test_an_objective_that_answers_with_no_numbers(answer):
+    with pytest.raises(TypeError, match=r"^objective"):
+        zoom_search(lambda _: answer, [0] * 3, [1] * 3, [0.5] * 3)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize("field", ["starts", "levels", "shrink", "stages"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, 2.5, True, "3", None])
+def test_options_that_are_no_numbers(field, value):
+    with pytest.raises((TypeError, ValueError), match=f"^{field} is "):
+        ZoomOptions(**{field: value})

@@ -16,7 +16,7 @@ from typing import TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
 
 __all__ = ["Objective", "evaluated", "limits", "steps"]
@@ -26,14 +26,18 @@ Objective: TypeAlias = Callable[[Tensor], Tensor]
 
 
 def limits(lower: TensorLike, upper: TensorLike) -> tuple[Tensor, Tensor]:
-    """Return the limits (d) of a box.
+    """Return the limits (d) of a box, independent of the originals.
 
     Raises
     ------
     ValueError
-        If they are no vectors of one length, not finite, or a lower one is above its upper one.
+        If they are no vectors of one length, not finite, too far apart, or a lower one is above its upper
+        one.
     """
-    low, high = spatial.to_float64(lower, "lower"), spatial.to_float64(upper, "upper")
+    low, high = (
+        spatial.to_float64(limit, name).detach().clone()
+        for limit, name in ((lower, "lower"), (upper, "upper"))
+    )
     if low.ndim != 1 or low.shape != high.shape or len(low) == 0:
         raise ValueError(
             f"lower has shape {tuple(low.shape)} and upper {tuple(high.shape)}; "
@@ -42,6 +46,8 @@ def limits(lower: TensorLike, upper: TensorLike) -> tuple[Tensor, Tensor]:
     if (low > high).any():
         i = int((low > high).nonzero()[0])
         raise ValueError(f"lower is {low[i].item()} and upper {high[i].item()} at variable {i}")
+    if not (high - low).isfinite().all():
+        raise ValueError(f"upper is {high.tolist()}, farther from lower than numbers go")
     return low, high
 
 
@@ -53,10 +59,11 @@ def steps(value: TensorLike, name: str, variables: int) -> Tensor:
     ValueError
         If they are not as many, or one is not positive.
     """
-    each = spatial.to_float64(value, name)
+    each = spatial.to_float64(value, name).detach()
     if each.shape != (variables,) or (each <= 0).any():
         raise ValueError(
-            f"{name} is {each.tolist()}; {variables} positive numbers are needed, one a variable"
+            f"{name} is {checks.shown(each.tolist())}; "
+            f"{variables} positive numbers are needed, one a variable"
         )
     return each
 
@@ -68,8 +75,16 @@ def evaluated(objective: Objective, points: Tensor) -> Tensor:
     ------
     ValueError
         If the objective answers with another shape, or with NaN.
+    TypeError
+        If it does not answer with numbers.
     """
-    values = torch.as_tensor(objective(points))
+    answer = objective(points)
+    try:
+        values = torch.as_tensor(answer).detach()
+    except (TypeError, ValueError, RuntimeError) as error:
+        raise TypeError(f"objective answers with {checks.shown(answer)}; numbers are needed") from error
+    if values.is_complex():
+        raise TypeError(f"objective answers with {values.dtype} values; real numbers are needed")
     if values.shape != points.shape[:1]:
         raise ValueError(f"objective has values of shape {tuple(values.shape)}; ({len(points)},) is needed")
     if values.isnan().any():

@@ -25,6 +25,8 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
+from dexterity import checks
+from dexterity.checks import Real, Whole
 from dexterity.search import box
 from dexterity.search.box import Objective
 from dexterity.spatial import TensorLike
@@ -52,8 +54,8 @@ class GeneticOptions:
 
     Raises
     ------
-    ValueError
-        If a number is out of its range.
+    ValueError, TypeError
+        If a number is out of its range, or no number.
     """
 
     population: int = 60
@@ -63,14 +65,17 @@ class GeneticOptions:
     patience: int = 50
 
     def __post_init__(self) -> None:
-        if self.population < 2:
-            raise ValueError(f"population is {self.population}; at least 2 is needed")
-        for name in ("generations", "patience"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
-        for name, largest in (("crossover", 0.5), ("mutation", 1.0)):
-            if not 0 <= getattr(self, name) <= largest:
-                raise ValueError(f"{name} is {getattr(self, name)}; 0 to {largest} is needed")
+        checks.fields(
+            self,
+            population=Whole(2, 1_000_000),
+            generations=Whole(1),
+            crossover=Real(least=0, most=0.5),
+            mutation=Real(least=0, most=1),
+            patience=Whole(1),
+        )
+
+
+_MOST_BITS = 52  # of a variable: more than the digits of a number
 
 
 class Stop(Enum):
@@ -131,10 +136,12 @@ class Chromosome:
         Raises
         ------
         ValueError
-            If the limits make no box, or a precision is not positive.
+            If the limits make no box, or a precision is not positive or finer than 2⁻⁵² of the box.
         """
         low, high = box.limits(lower, upper)
         values = (high - low) / box.steps(precision, "precision", len(low)) + 1
+        if (values > 2.0**_MOST_BITS).any():
+            raise ValueError(f"precision is {precision}; at least 2^-{_MOST_BITS} of the box is needed")
         return cls(low, high, tuple(max(1, math.ceil(math.log2(n) - 1e-9)) for n in values.tolist()))
 
     @property
@@ -178,12 +185,17 @@ def genetic_search(
     ------
     ValueError
         If the limits or the precision do not fit, or the objective answers with NaN or another shape.
+    TypeError
+        If the objective is no function or does not answer with numbers, or `generator` is no generator.
 
     References
     ----------
     Sotiropoulos, Aspragathos & Andritsos (2011), section III.B; Baker (1985) for selection by rank;
     Michalewicz (1992) for crossover and mutation of binary chromosomes.
     """
+    checks.function(objective, "objective")
+    checks.instance(generator, "generator", torch.Generator)
+    checks.instance(options, "options", GeneticOptions)
     chromosome = Chromosome.of(lower, upper, precision)
     size = (options.population, chromosome.length)
     genes = torch.rand(size, generator=generator) < 0.5

@@ -21,6 +21,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks
+from dexterity.checks import Real, Whole
 from dexterity.search import box
 from dexterity.search.box import Objective
 from dexterity.spatial import TensorLike
@@ -29,6 +31,7 @@ __all__ = ["ZoomOptions", "ZoomSearch", "zoom_search"]
 
 _AT_ONCE = 2**17
 _CANDIDATES = 100
+_MOST_POINTS = 10**8  # of a grid, whose values then take 0.8 GB
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,8 @@ class ZoomOptions:
 
     Raises
     ------
-    ValueError
-        If a number is out of its range.
+    ValueError, TypeError
+        If a number is out of its range, or no number.
     """
 
     starts: int = 8
@@ -58,12 +61,13 @@ class ZoomOptions:
     stages: int = 300
 
     def __post_init__(self) -> None:
-        if self.starts < 1 or self.stages < 0:
-            raise ValueError(f"starts is {self.starts} and stages {self.stages}; at least 1 and 0 are needed")
-        if self.levels < 3 or self.levels % 2 == 0:
-            raise ValueError(f"levels is {self.levels}; an odd number of at least 3 is needed")
-        if not 0 < self.shrink < 1:
-            raise ValueError(f"shrink is {self.shrink}; a number between 0 and 1 is needed")
+        checks.fields(
+            self,
+            starts=Whole(1, 10_000),
+            levels=Whole(3, odd=True),
+            shrink=Real(above=0, below=1),
+            stages=Whole(0),
+        )
 
 
 @dataclass(frozen=True)
@@ -114,11 +118,20 @@ def zoom_search(
     Raises
     ------
     ValueError
-        If the limits or the steps do not fit, or the objective answers with NaN or another shape.
+        If the limits or the steps do not fit, a grid would have more than 10⁸ points, or the objective
+        answers with NaN or another shape.
+    TypeError
+        If the objective is no function or does not answer with numbers, or the options are of another kind.
     """
+    checks.function(objective, "objective")
+    checks.instance(options, "options", ZoomOptions)
     low, high = box.limits(lower, upper)
-    wanted = box.steps(steps, "steps", len(low))
-    counts = [math.ceil(n - 1e-9) + 1 for n in ((high - low) / wanted).tolist()]
+    counts = _counts(low, high, box.steps(steps, "steps", len(low)))
+    if options.levels ** len(low) * options.starts > _MOST_POINTS:
+        raise ValueError(
+            f"levels is {options.levels} and starts {options.starts}, which make more than {_MOST_POINTS:,} "
+            f"points at a time in {len(low)} variables; fewer are needed"
+        )
     values = _on_grid(objective, low, high, counts)
     starts = _apart(values, counts, options.starts)
     points, best = _grid_points(starts, low, high, counts), values[starts]
@@ -144,14 +157,27 @@ def zoom_search(
     return ZoomSearch(points[order[0]], best[order[0]].item(), evaluations, points[order], best[order])
 
 
+def _counts(low: Tensor, high: Tensor, steps: Tensor) -> list[int]:
+    """Numbers of values of each variable in the first grid."""
+    lengths = ((high - low) / steps).tolist()
+    points = math.prod(length + 1 for length in lengths)
+    if not points <= _MOST_POINTS:
+        raise ValueError(
+            f"steps is {steps.tolist()}, which makes a grid of {points:.3g} points; "
+            f"at most {_MOST_POINTS:,} are searched: take longer steps"
+        )
+    return [math.ceil(length - 1e-9) + 1 for length in lengths]
+
+
 def _random_rotation(size: int, generator: torch.Generator) -> Tensor:
     return torch.linalg.qr(torch.randn(size, size, generator=generator, dtype=torch.float64)).Q
 
 
 def _on_grid(objective: Objective, low: Tensor, high: Tensor, counts: list[int]) -> Tensor:
     """Values of all points of a grid, the last variable fastest."""
-    numbers = torch.arange(math.prod(counts)).split(_AT_ONCE)
-    return torch.cat([box.evaluated(objective, _grid_points(some, low, high, counts)) for some in numbers])
+    count = math.prod(counts)
+    pieces = (torch.arange(i, min(i + _AT_ONCE, count)) for i in range(0, count, _AT_ONCE))
+    return torch.cat([box.evaluated(objective, _grid_points(some, low, high, counts)) for some in pieces])
 
 
 def _grid_points(numbers: Tensor, low: Tensor, high: Tensor, counts: list[int]) -> Tensor:
