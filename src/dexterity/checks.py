@@ -27,6 +27,7 @@ import difflib
 import math
 import numbers
 import operator
+import re
 import reprlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -45,11 +46,13 @@ __all__ = [
     "fields",
     "flag",
     "function",
+    "identifier",
     "instance",
     "name",
     "names",
     "positive",
     "real",
+    "seed",
     "shown",
     "whole",
 ]
@@ -286,6 +289,11 @@ def positive(value: Any, name: str) -> float:
     return Real(above=0)(value, name)
 
 
+def seed(value: Any, name: str = "seed") -> int:
+    """Return a seed that every generator takes, a whole number from 0 to 2⁶³ − 1, as an int."""
+    return Whole(0, 2**63 - 1)(value, name)
+
+
 def name(value: Any, called: str) -> str:
     """Return printable text for the argument `called`; errors are those of :class:`Name`."""
     return Name()(value, called)
@@ -341,6 +349,39 @@ def function(value: Any, name: str) -> Callable[..., Any]:
     if not callable(value):
         raise TypeError(f"{name} is {shown(value)}; a function is needed")
     return value
+
+
+def identifier(value: Any, name: str) -> str:
+    """Return what can name a function in C, C++ and ECMAScript: letters, digits, underscores, no keyword.
+
+    Raises
+    ------
+    TypeError
+        If the value is no text.
+    ValueError
+        If it is no such name.
+    """
+    if not isinstance(value, str):
+        raise TypeError(f"{name} is {shown(value)}; text is needed")
+    if not re.fullmatch(r"[A-Za-z]\w*", value, flags=re.ASCII):
+        raise ValueError(
+            f"{name} is {shown(value)}; letters, digits and underscores, a letter first, are needed"
+        )
+    if value in _KEYWORDS:
+        raise ValueError(f"{name} is {value!r}, a word of C, C++ or ECMAScript; another name is needed")
+    return value
+
+
+_WORDS = (
+    "alignas alignof and asm auto await bitand bitor bool break case catch char class compl concept const "
+    "consteval constexpr constinit continue debugger decltype default delete do double else enum eval "
+    "explicit export extends extern false final finally float for friend function goto if implements "
+    "import in inline instanceof int interface let long main mutable namespace new noexcept not null "
+    "nullptr operator or override package private protected public register reinterpret requires restrict "
+    "return short signed sizeof static struct super switch template this throw true try typedef typeid "
+    "typename typeof undefined union unsigned using var virtual void volatile while with xor yield"
+)
+_KEYWORDS = frozenset(_WORDS.split())
 
 
 def instance(value: Any, name: str, kind: type[_Kind]) -> _Kind:

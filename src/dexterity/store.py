@@ -102,6 +102,68 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
         raise
 
 
+def write_set(
+    folder: str | os.PathLike[str], sums: str, files: Mapping[str, str | bytes]
+) -> tuple[Path, ...]:
+    """Write files that belong together, so that a reader notices where a writing was stopped halfway.
+
+    An older list of their checksums is removed first and the new one is written last, in the format of
+    ``sha256sum``. Missing folders are created.
+
+    Parameters
+    ----------
+    folder
+        Where to.
+    sums
+        Name of the list.
+    files
+        Contents by name.
+
+    Returns
+    -------
+    The files, in the order of their names in `files`.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    root = Path(folder)
+    encoded = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
+    (root / sums).unlink(missing_ok=True)
+    for name, content in encoded.items():
+        write_atomically(root / name, content)
+    write_atomically(root / sums, "".join(f"{_sum(content)}  {name}\n" for name, content in encoded.items()))
+    return tuple(root / name for name in files)
+
+
+def read_set(folder: str | os.PathLike[str], sums: str) -> dict[str, bytes]:
+    """Return the contents of files that :func:`write_set` wrote, by name.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file or the list of checksums is missing.
+    ValueError
+        If a file does not have the checksum that the list gives.
+    """
+    root, contents = Path(folder), dict[str, bytes]()
+    for line in (root / sums).read_text(encoding="utf-8").splitlines():
+        expected, _, name = line.partition("  ")
+        if not name or Path(name).name != name:
+            raise ValueError(f"{root / sums} is no list of checksums: it holds {line!r}")
+        contents[name] = (root / name).read_bytes()
+        if _sum(contents[name]) != expected:
+            raise ValueError(
+                f"{root / name} is not the file that {sums} was written for; write the set again"
+            )
+    return contents
+
+
+def _sum(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
 def content_key(*parts: object) -> str:
     """Name values by their content.
 

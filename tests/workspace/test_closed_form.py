@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 
+import numpy as np
 import pytest
 import torch
 from hypothesis import given
@@ -170,3 +171,18 @@ def test_the_source_is_plain_c(compiler, tmp_path):
     subprocess.run(
         [compiler, "-std=c99", "-O1", *warnings, "-c", str(path), "-o", str(tmp_path / "arm.o")], check=True
     )
+
+
+@in_c
+def test_an_arm_stays_as_it_is_when_the_callers_array_changes():
+    links = np.array(PUMA)
+    arm, T = CompiledArm(links), drawn(5)[1]
+    before = arm.manipulability(T)
+    links[2] = 0.5
+    assert_close(arm.manipulability(T), before, rtol=0, atol=0, equal_nan=True)
+
+
+@pytest.mark.parametrize("name", ["x; } int main(void) {", "1a", "", "a b", "int", "class", "π", "a\n"])
+def test_a_name_that_is_none_in_c_is_refused(name):
+    with pytest.raises(ValueError, match=r"^name is "):
+        compiled.c_source(name)

@@ -1,6 +1,7 @@
 """Sets of paper C: who is in them, their columns, their files."""
 
 import math
+import subprocess
 
 import joblib
 import numpy as np
@@ -9,7 +10,7 @@ import torch
 from scipy.spatial.transform import Rotation
 from torch.testing import assert_close
 
-from dexterity import spatial
+from dexterity import spatial, store
 from dexterity.workspace import dataset, dynamics, reachability
 from dexterity.workspace.dataset import Scaling
 
@@ -110,9 +111,8 @@ def test_files_have_the_papers_names_and_hold_the_numbers(tmp_path, frame, prefi
     train, test = (dataset.jacobian_data(30, seed) for seed in (0, 1))
     dataset.write_csv(tmp_path / "new", train, test, frame)
     names = sorted(path.name for path in (tmp_path / "new").iterdir())
-    assert names == sorted(
-        f"{prefix}_{kind}_{part}.csv" for kind in ("feature", "label") for part in ("test", "train")
-    )
+    files = [f"{prefix}_{kind}_{part}.csv" for kind in ("feature", "label") for part in ("test", "train")]
+    assert names == sorted([*files, f"{prefix}.sha256"])
     x = np.loadtxt(tmp_path / "new" / f"{prefix}_feature_train.csv", delimiter=",")
     np.testing.assert_array_equal(x, dataset.features(train.samples).numpy())
     y = np.loadtxt(tmp_path / "new" / f"{prefix}_label_test.csv", delimiter=",")
@@ -151,3 +151,73 @@ def test_bad_input_is_named(draw, options, message):
 def test_three_angles_are_needed():
     with pytest.raises(ValueError, match=r"angles has shape \(2,\)"):
         dataset.rotation([0.0, 1.0])
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2, 3, 4])
+def test_a_set_that_was_stopped_halfway_is_not_read(tmp_path, kind, monkeypatch):
+    older, newer = (dataset.confidence_data(20, seed) for seed in (0, 1))
+    dataset.write_csv(tmp_path, older, older)
+    read = dataset.read_csv(tmp_path, "conf")
+    np.testing.assert_array_equal(read["train"][0], dataset.features(older.samples).numpy())
+    np.testing.assert_array_equal(read["test"][1][:, 0], older.reachable.numpy())
+    write, written = store.write_atomically, []
+
+    def write_or_stop(path, content):
+        if len(written) == kind:
+            raise KeyboardInterrupt
+        write(path, content)
+        written.append(path)
+
+    monkeypatch.setattr(store, "write_atomically", write_or_stop)
+    with pytest.raises(KeyboardInterrupt):
+        dataset.write_csv(tmp_path, newer, newer)
+    with pytest.raises(FileNotFoundError, match=r"conf\.sha256"):
+        dataset.read_csv(tmp_path, "conf")
+
+
+def test_files_of_two_sets_are_not_read_as_one(tmp_path):
+    older, newer = (dataset.jacobian_data(20, seed, dynamics=False) for seed in (0, 1))
+    dataset.write_csv(tmp_path / "a", older, older)
+    dataset.write_csv(tmp_path / "b", newer, newer)
+    (tmp_path / "b" / "jacob_label_test.csv").replace(tmp_path / "a" / "jacob_label_test.csv")
+    with pytest.raises(ValueError, match=r"jacob_label_test\.csv is not the file"):
+        dataset.read_csv(tmp_path / "a", "jacob")
+    (tmp_path / "a" / "jacob.sha256").write_text("0  ../jacob_label_test.csv\n")
+    with pytest.raises(ValueError, match="no list of checksums"):
+        dataset.read_csv(tmp_path / "a", "jacob")
+
+
+def test_sha256sum_knows_the_list(tmp_path):
+    data = dataset.confidence_data(5, 0)
+    dataset.write_csv(tmp_path, data, data)
+    subprocess.run(["sha256sum", "--check", "--quiet", "conf.sha256"], cwd=tmp_path, check=True)
+
+
+def test_a_threshold_that_no_pose_passes_ends():
+    with pytest.raises(ValueError, match=r"^threshold is 0\.99; of \d+ poses none"):
+        dataset.jacobian_data(100, 0, threshold=0.99)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize("draw", [dataset.confidence_data, dataset.jacobian_data])
+@pytest.mark.parametrize("argument", ["count", "seed", "dynamics", "workers"])
+@pytest.mark.parametrize("value", [math.nan, 2.5, "3", None, np.ones(2)])
+def test_what_is_no_number_is_named(draw, argument, value):
+    with pytest.raises((TypeError, ValueError), match=f"^{argument} is "):
+        draw(**{"count": 3, "seed": 0, argument: value})
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_numbers_of_numpy_are_taken():
+    one, other = dataset.confidence_data(np.int32(5), np.uint8(1)), dataset.confidence_data(5, 1)
+    assert torch.equal(one.samples.links, other.samples.links)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_a_frame_that_is_none_is_named(tmp_path):
+    data = dataset.jacobian_data(5, 0, dynamics=False)
+    with pytest.raises(ValueError, match=r"^frame is 'x'"):
+        dataset.write_csv(tmp_path, data, data, "x")
+    with pytest.raises(TypeError, match=r"^test is None"):
+        dataset.write_csv(tmp_path, data, None)
+    assert not list(tmp_path.iterdir())

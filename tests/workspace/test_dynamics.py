@@ -66,3 +66,14 @@ def test_friction_plays_no_part():
     assert_close(
         dynamics.joint_inertia(LINKS, other, Q), dynamics.joint_inertia(LINKS, PARAMETERS, Q), rtol=0, atol=0
     )
+
+
+def test_parameters_that_do_not_fit_are_named():
+    for name in ("mass", "centre", "coulomb"):
+        part = getattr(PARAMETERS, name)
+        with pytest.raises(ValueError, match=f"^{name} has shape"):
+            dynamics.joint_inertia(LINKS, PARAMETERS._replace(**{name: part[..., :1]}), Q)
+        with pytest.raises(ValueError, match=f"^{name} is not finite"):
+            dynamics.joint_inertia(LINKS, PARAMETERS._replace(**{name: part * float("nan")}), Q)
+    with pytest.raises(ValueError, match="do not broadcast"):
+        dynamics.joint_inertia(LINKS, PARAMETERS.rows(torch.arange(3)), Q)

@@ -1,7 +1,11 @@
 """Encodings there and back, the gate, files."""
 
 import itertools
+import math
 
+import hypothesis
+import hypothesis.strategies as st
+import numpy as np
 import pytest
 import torch
 from torch.testing import assert_close
@@ -111,28 +115,96 @@ def test_files_of_something_else_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError):
         JacobianNet.load(path)
     path.write_bytes(b"no archive")
-    with pytest.raises(ArchiveError, match="cannot be read"):
+    with pytest.raises(ArchiveError, match="end is missing"):
         JacobianNet.load(path)
     network().save(path)
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(ArchiveError, match="cannot be read"):
+    with pytest.raises(ArchiveError, match="end is missing"):
         JacobianNet.load(path)
     header, tensors = network().header(), network().state_dict()
-    write_archive(path, header | {"architecture": {"encoder": [3]}}, tensors)
-    with pytest.raises(ArchiveError, match="no network that can be built"):
+    for change in (
+        {"architecture": {"encoder": [3]}},
+        {"architecture": [1]},
+        {"inputs": None},
+        {"threshold": 2},
+    ):
+        write_archive(path, "jacobian-net", header | change, tensors)
+        with pytest.raises(ArchiveError, match="no network that can be built"):
+            JacobianNet.load(path)
+    write_archive(path, "training", header, tensors)
+    with pytest.raises(ArchiveError, match="no jacobian-net file"):
         JacobianNet.load(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("confidence.0.weight", lambda part: part * math.nan),
+        ("unit_in", lambda part: part * math.inf),
+        ("confidence.0.weight", lambda part: part.double()),
+        ("confidence.0.weight", lambda part: part.int()),
+        ("confidence.0.weight", lambda part: part != 0),
+        ("confidence.0.weight", lambda part: part + 0j),
+        ("confidence.0.weight", lambda part: part[:1]),
+        ("confidence.0.weight", lambda _: None),
+    ],
+)
+def test_weights_that_are_none_are_refused(tmp_path, name, change):
+    tensors = network().state_dict()
+    tensors[name] = change(tensors[name])
+    present = {key: part for key, part in tensors.items() if part is not None}
+    write_archive(tmp_path / "net.npz", "jacobian-net", network().header(), present)
+    with pytest.raises(ArchiveError, match="no network that can be built"):
+        JacobianNet.load(tmp_path / "net.npz")
+
+
+@hypothesis.given(place=st.integers(0), bit=st.integers(0, 7))
+def test_no_changed_bit_of_a_file_is_accepted(tmp_path_factory, place, bit):
+    path = tmp_path_factory.getbasetemp() / "net.npz"
+    network().save(path)
+    content = bytearray(path.read_bytes())
+    content[place % len(content)] ^= 1 << bit
+    path.write_bytes(content)
+    with pytest.raises(ArchiveError):
+        JacobianNet.load(path)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize("field", ["encoder", "confidence", "estimation", "normalised", "dropout"])
+@pytest.mark.parametrize("value", [math.nan, "3", None, (2.5,), (-1, -1), [True, 1], np.ones(2)])
+def test_an_architecture_that_is_none_is_named(field, value):
+    with pytest.raises((TypeError, ValueError), match=rf"^{field}(\[\d\])? (is|has) "):
+        Architecture(**{field: value})
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_unknown_choices_are_named():
+    with pytest.raises(ValueError, match=r"^entries is 'x'"):
+        training.network_for(TINY, "plane", "x", DATA, 0)
+    with pytest.raises(ValueError, match=r"^inputs is 'x'"):
+        training.network_for(TINY, "x", "plane", DATA, 0)
+    with pytest.raises(TypeError, match=r"^data is None"):
+        training.network_for(TINY, "plane", "plane", None, 0)
+    with pytest.raises(TypeError, match=r"^samples is 3"):
+        jacobian_net.inputs_of(3, "plane")
+
+
+def test_samples_of_another_kind_are_told_by_their_dynamics():
+    net = network("columns", "tool")
+    with pytest.raises(ValueError, match="dynamics=True"):
+        training.confidence_rows(net, dataset.confidence_data(20, 0))
 
 
 def test_archives_hold_what_was_put_in(tmp_path):
     tensors = {"a": torch.arange(6).reshape(2, 3), "b/c": torch.tensor(1.5)}
-    write_archive(tmp_path / "a.npz", {"said": [1, "two"]}, tensors)
-    header, back = read_archive(tmp_path / "a.npz")
+    write_archive(tmp_path / "a.npz", "test", {"said": [1, "two"]}, tensors)
+    header, back = read_archive(tmp_path / "a.npz", "test")
     assert header == {"said": [1, "two"]}
     assert back.keys() == tensors.keys()
     assert all(torch.equal(back[name], tensors[name]) for name in tensors)
     with pytest.raises(ValueError, match="the header's name"):
-        write_archive(tmp_path / "a.npz", {}, {"header": torch.zeros(1)})
+        write_archive(tmp_path / "a.npz", "test", {}, {"header": torch.zeros(1)})
 
 
 def test_a_threshold_is_a_share():

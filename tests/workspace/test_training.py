@@ -1,5 +1,6 @@
 """Trainings: what they learn, what is frozen, and that a kill changes nothing."""
 
+import math
 import multiprocessing
 import os
 import signal
@@ -11,7 +12,7 @@ import torch
 from torch.testing import assert_close
 
 from dexterity.workspace import dataset, training
-from dexterity.workspace.archive import ArchiveError
+from dexterity.workspace.archive import ArchiveError, read_archive, write_archive
 from dexterity.workspace.jacobian_net import Architecture
 from dexterity.workspace.training import OPTIMISERS, Options, cycles, epochs
 
@@ -157,7 +158,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path, change, what):
 
 def test_a_network_file_is_no_checkpoint(tmp_path):
     trained().network.save(tmp_path / "run.npz")
-    with pytest.raises(ArchiveError, match="no checkpoint"):
+    with pytest.raises(ArchiveError, match="no training file"):
         trained(checkpoint=tmp_path / "run.npz")
 
 
@@ -187,9 +188,11 @@ def test_scalings_are_those_of_the_training_part():
         ({"schedule": ()}, "schedule is empty"),
         ({"optimiser": "Newton"}, "optimiser is 'Newton'"),
         ({"rate": 0.0}, "rate is 0.0"),
-        ({"batch": 1}, "batch 1"),
-        ({"validation": 1.0}, "validation 1.0"),
+        ({"rate": math.inf}, "rate is inf"),
+        ({"batch": 1}, "batch is 1"),
+        ({"validation": 1.0}, "validation is 1.0"),
         ({"patience": 0}, "patience is 0"),
+        ({"schedule": (training.Epoch("both"),)}, r"schedule\[0\]\.head is 'both'"),
     ],
 )
 def test_bad_options_are_named(change, message):
@@ -205,3 +208,37 @@ def test_rows_must_be_there():
     few = training.Rows(rows.x[:2], rows.y[:2])
     with pytest.raises(ValueError, match="there are 2 rows"):
         training.train(net, {"confidence": few}, Options(epochs(1)), 0)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize(
+    "field", ["schedule", "optimiser", "rate", "decay", "batch", "validation", "patience"]
+)
+@pytest.mark.parametrize("value", [math.nan, "x", 2.5j, [1.0], object()])
+def test_options_that_are_no_options_are_named(field, value):
+    with pytest.raises((TypeError, ValueError), match=rf"^{field}(\[0\])? is "):
+        replace(OPTIONS, **{field: value})
+
+
+@pytest.mark.parametrize("with_checkpoint", [False, True])
+def test_a_training_that_diverges_ends_and_says_so(tmp_path, with_checkpoint):
+    options = replace(OPTIONS, optimiser="SGD", rate=1e30, decay=False)
+    run = trained(options, checkpoint=tmp_path / "run.npz" if with_checkpoint else None)
+    assert run.diverged
+    assert len(run.losses) < len(options.schedule)
+    assert all(math.isfinite(loss.train) and math.isfinite(loss.validation) for loss in run.losses)
+    assert all(part.isfinite().all() for part in weights(run).values())
+    assert not trained().diverged
+
+
+@pytest.mark.parametrize("name", ["weights/encoder.0.weight", "best/encoder.0.weight", "estimation/0/step"])
+def test_a_checkpoint_that_lacks_something_is_refused(tmp_path, name):
+    path, options = tmp_path / "run.npz", replace(OPTIONS, patience=3)
+    trained(options, checkpoint=path)
+    header, tensors = read_archive(path, "training")
+    write_archive(path, "training", header, {key: part for key, part in tensors.items() if key != name})
+    with pytest.raises(ArchiveError, match=r"run\.npz"):
+        trained(options, checkpoint=path)
+    write_archive(path, "training", {"run": header["run"]}, tensors)
+    with pytest.raises(ArchiveError, match=r"run\.npz"):
+        trained(options, checkpoint=path)

@@ -1,4 +1,4 @@
-"""Named arrays and a header in one file: an ``.npz`` without pickle, written as a whole or not at all.
+"""Tensors and a header in a sealed file, written as a whole or not at all, see :mod:`dexterity.sealed`.
 
 Examples
 --------
@@ -7,31 +7,25 @@ Examples
 >>> from dexterity.workspace.archive import read_archive, write_archive
 >>> with tempfile.TemporaryDirectory() as folder:
 ...     write_archive(
-...         f"{folder}/arm.npz", {"arm": "PUMA 560"}, {"links": torch.ones(4)}
+...         f"{folder}/arm.npz", "arm", {"arm": "PUMA 560"}, {"links": torch.ones(4)}
 ...     )
-...     read_archive(f"{folder}/arm.npz")[0]
+...     read_archive(f"{folder}/arm.npz", "arm")[0]
 {'arm': 'PUMA 560'}
 """
 
 from __future__ import annotations
 
-import io
-import json
 import os
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 
-from dexterity import store
+from dexterity import sealed, store
 
-__all__ = ["ArchiveError", "read_archive", "write_archive"]
-
-_HEADER = "header"
+__all__ = ["ArchiveError", "read_archive", "require_like", "write_archive"]
 
 
 class ArchiveError(ValueError):
@@ -39,9 +33,18 @@ class ArchiveError(ValueError):
 
 
 def write_archive(
-    path: str | os.PathLike[str], header: Mapping[str, Any], tensors: Mapping[str, Tensor]
+    path: str | os.PathLike[str], kind: str, header: Mapping[str, Any], tensors: Mapping[str, Tensor]
 ) -> None:
     """Write tensors under their names, and a header that JSON can say.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    kind
+        What the file holds, in a word or two.
+    header, tensors
+        Its content.
 
     Raises
     ------
@@ -52,16 +55,11 @@ def write_archive(
     OSError
         If the file cannot be written.
     """
-    if _HEADER in tensors:
-        raise ValueError(f"tensors hold {_HEADER!r}, which is the header's name")
-    text = json.dumps(header, ensure_ascii=False, allow_nan=False, sort_keys=True)
     arrays = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
-    content = io.BytesIO()
-    np.savez(content, allow_pickle=False, **{_HEADER: np.frombuffer(text.encode(), np.uint8)}, **arrays)
-    store.write_atomically(path, content.getvalue())
+    store.write_atomically(path, sealed.packed(kind, header, arrays))
 
 
-def read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Tensor]]:
+def read_archive(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, Any], dict[str, Tensor]]:
     """Return the header and the tensors of a file; nothing in it is executed.
 
     Raises
@@ -69,15 +67,32 @@ def read_archive(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str
     FileNotFoundError
         If there is no such file.
     ArchiveError
-        If the file is not whole or is no archive.
+        If the file is not whole, is of another kind, or is no archive.
     """
     content = Path(path).read_bytes()
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        header = json.loads(arrays.pop(_HEADER).tobytes())
-    except (zipfile.BadZipFile, EOFError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ArchiveError(f"{os.fspath(path)} cannot be read as an archive of arrays: {error}") from error
-    if not isinstance(header, dict):
-        raise ArchiveError(f"{os.fspath(path)} has a header that is a {type(header).__name__}")
-    return header, {name: torch.from_numpy(array) for name, array in arrays.items()}
+        header, arrays = sealed.unpacked(content, kind)
+        return header, {name: torch.from_numpy(array) for name, array in arrays.items()}
+    except (sealed.SealedFileError, TypeError) as error:
+        raise ArchiveError(f"{os.fspath(path)} {error}") from error
+
+
+def require_like(tensors: Mapping[str, Tensor], wanted: Mapping[str, Tensor]) -> None:
+    """Refuse tensors that have not the names, shapes and dtypes of others, or are not finite.
+
+    Raises
+    ------
+    ArchiveError
+        If a tensor is missing, not wanted, of another shape or dtype, or not finite.
+    """
+    if other := sorted(tensors.keys() ^ wanted.keys()):
+        raise ArchiveError(f"it lacks or has in excess: {', '.join(other)}")
+    for name, tensor in tensors.items():
+        like = wanted[name]
+        if tensor.shape != like.shape or tensor.dtype != like.dtype:
+            raise ArchiveError(
+                f"{name} is {tensor.dtype} of shape {tuple(tensor.shape)}; "
+                f"{like.dtype} of shape {tuple(like.shape)} is needed"
+            )
+        if not tensor.isfinite().all():
+            raise ArchiveError(f"{name} is not finite")

@@ -21,7 +21,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.codegen.c99 import commented, loop
 from dexterity.codegen.library import compiled_library, plain_memory
 from dexterity.codegen.printing import template
@@ -97,8 +97,9 @@ class CompiledArm:
         _, d4, a2, a3 = links.tolist()
         if a2 == 0 or d4 == a3 == 0:
             raise ValueError(f"links is {links.tolist()}; an upper arm and a forearm with lengths are needed")
-        self._links = links.detach().cpu().contiguous()
-        self._branch = branch
+        # A copy: the arm stays as it is when the caller's array changes.
+        self._links = links.detach().cpu().contiguous().clone()
+        self._branch = checks.instance(branch, "branch", Branch)
 
     @cached_property
     def _solve(self) -> PoseFunction:
@@ -170,7 +171,7 @@ def in_c(branch: Branch, *names: str) -> PoseFunction:
     function.argtypes = [pointer, pointer, ctypes.c_size_t, pointer]
 
     def values(links: Tensor, T_base_tool: TensorLike) -> Tensor:
-        T = _poses(T_base_tool)
+        T = _poses(T_base_tool).detach()
         arm, poses = plain_memory(links), plain_memory(T)
         found = poses.new_empty(*poses.shape[:-2], width)
         error = function(arm.data_ptr(), poses.data_ptr(), poses.numel() // len(POSE), found.data_ptr())
@@ -199,7 +200,7 @@ def c_source(
     Parameters
     ----------
     name
-        What its functions begin with.
+        What its functions begin with: letters, digits and underscores, a letter first, no word of C or C++.
     branch
         Which of the eight configurations.
     outputs
@@ -208,11 +209,12 @@ def c_source(
     Raises
     ------
     ValueError
-        If an output is unknown.
+        If an output is unknown, or the name is none.
     """
-    unknown = set(outputs) - set(_LAYOUT)
-    if unknown or not outputs:
-        raise ValueError(f"outputs is {list(outputs)}; one or more of {', '.join(_LAYOUT)} are needed")
+    checks.identifier(name, "name")
+    checks.instance(branch, "branch", Branch)
+    if isinstance(outputs, str) or not outputs or not all(output in _LAYOUT for output in outputs):
+        raise ValueError(f"outputs is {outputs!r}; one or more of {', '.join(_LAYOUT)} are needed")
     program = part(derive(branch), *outputs, "defect")
     return template("arm.c.in").substitute(
         heading=commented(_heading(branch)),

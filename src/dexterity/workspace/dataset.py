@@ -22,15 +22,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar
 
 import joblib
 import numpy as np
 import torch
 from jaxtyping import Bool, Float64
+from numpy.typing import NDArray
 from torch import Tensor
 
-from dexterity import spatial, store
+from dexterity import checks, spatial, store
+from dexterity.checks import Instance
 from dexterity.spatial import TensorLike
 from dexterity.workspace.dynamics import DynamicParameters, ratio_at
 from dexterity.workspace.reachability import TWISTS, frames, in_tool_axes, inverse, reachable
@@ -38,6 +40,7 @@ from dexterity.workspace.reachability import TWISTS, frames, in_tool_axes, inver
 __all__ = [
     "COLUMNS",
     "CONSTANT_COLUMNS",
+    "CSV_SETS",
     "KINEMATIC_COLUMNS",
     "LARGEST_LENGTH",
     "RANGES",
@@ -48,15 +51,19 @@ __all__ = [
     "confidence_data",
     "features",
     "jacobian_data",
+    "read_csv",
     "rotation",
     "write_csv",
 ]
+
+Array: TypeAlias = NDArray[np.float64]
 
 LARGEST_LENGTH = 0.5
 """Up to where d₃, d₄, a₂ and a₃ are drawn, [m]."""
 
 _HALF_SIDE = 0.4  # [m]
 _CHUNK = 50_000
+_IN_VAIN = 20_000  # poses in a row of which none is kept, after which none will be
 
 RANGES: Mapping[str, tuple[float, float]] = {
     "mass": (0.0, 10.0),
@@ -190,12 +197,12 @@ def confidence_data(
 
     Raises
     ------
-    ValueError
-        If `count` is not positive or `redraw` is not in [0, 1).
+    ValueError, TypeError
+        If `count` is no whole number of at least 1, `redraw` no number in [0, 1), `seed` or `workers` no
+        whole number, or `workers` is 0.
     """
-    if not 0 <= redraw < 1:
-        raise ValueError(f"redraw is {redraw}; a probability below 1 is needed")
-    chunk = partial(_confidence_chunk, dynamics=dynamics, redraw=redraw)
+    redraw = checks.real(redraw, "redraw", least=0, below=1)
+    chunk = partial(_confidence_chunk, dynamics=checks.flag(dynamics, "dynamics"), redraw=redraw)
     return _joined(_in_chunks(chunk, count, seed, workers))
 
 
@@ -243,13 +250,13 @@ def jacobian_data(
 
     Raises
     ------
-    ValueError
-        If `count` or `poses` is not positive, or `threshold` is not in [0, 1).
+    ValueError, TypeError
+        If `count` or `poses` is no whole number of at least 1, `threshold` no number in [0, 1), or so large
+        that of 20 000 poses none is kept; if `seed` or `workers` is no whole number, or `workers` is 0.
     """
-    if poses < 1:
-        raise ValueError(f"poses is {poses}; at least 1 is needed")
-    if not 0 <= threshold < 1:
-        raise ValueError(f"threshold is {threshold}; a ratio from 0 and below 1 is needed")
+    poses = checks.whole(poses, "poses", least=1)
+    threshold = checks.real(threshold, "threshold", least=0, below=1)
+    dynamics = checks.flag(dynamics, "dynamics")
     chunk = partial(_jacobian_chunk, dynamics=dynamics, poses=poses, threshold=threshold)
     return _joined(_in_chunks(chunk, count, seed, workers))
 
@@ -258,9 +265,20 @@ def _jacobian_chunk(
     size: int, random: torch.Generator, dynamics: bool, poses: int, threshold: float
 ) -> JacobianData:
     found: list[JacobianData] = []
-    while (missing := size - sum(len(data.jacobian) for data in found)) > 0:
+    missing, in_vain = size, 0
+    while missing > 0:
         links, parameters = _manipulators(missing, random, dynamics)
-        found.extend(_tried(links, parameters, random, poses, threshold))
+        found.extend(
+            data for data in _tried(links, parameters, random, poses, threshold) if len(data.jacobian)
+        )
+        left = size - sum(len(data.jacobian) for data in found)
+        in_vain = 0 if left < missing else in_vain + missing * poses
+        if in_vain >= _IN_VAIN:
+            raise ValueError(
+                f"threshold is {threshold}; of {in_vain} poses none has so even an inertia: "
+                "a smaller one is needed"
+            )
+        missing = left
     return _joined(found)
 
 
@@ -327,8 +345,9 @@ _Data = TypeVar("_Data", ConfidenceData, JacobianData)
 def _in_chunks(
     chunk: Callable[[int, torch.Generator], _Data], count: int, seed: int, workers: int
 ) -> list[_Data]:
-    if count < 1:
-        raise ValueError(f"count is {count}; at least 1 is needed")
+    count, seed = checks.whole(count, "count", least=1), checks.seed(seed)
+    if (workers := checks.whole(workers, "workers")) == 0:
+        raise ValueError("workers is 0; a number of processes, or -1 for all cores, is needed")
     sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]
     seeds = np.random.SeedSequence(seed).generate_state(len(sizes), np.uint64)
     calls = (
@@ -352,7 +371,14 @@ def _joined(parts: Sequence[Any]) -> Any:
 
 
 def features(samples: Samples) -> Float64[Tensor, "n columns"]:
-    """Return samples in the paper's columns: 96 with dynamic parameters (`COLUMNS`), 24 without."""
+    """Return samples in the paper's columns: 96 with dynamic parameters (`COLUMNS`), 24 without.
+
+    Raises
+    ------
+    TypeError
+        If `samples` are none.
+    """
+    checks.instance(samples, "samples", Samples)
     d3, d4, a2, a3 = samples.links.unbind(-1)
     nothing = torch.zeros_like(d3)
     rows = [nothing, nothing, d3, d4, nothing, nothing, nothing, a2, a3, *[nothing] * 3]
@@ -401,6 +427,11 @@ def _or_one(unit: Tensor, train: Tensor) -> Tensor:
     return torch.where(train.amax(0) > train.amin(0), unit, 1.0)
 
 
+CSV_SETS = ("conf", "conf_dyna", "jacob", "jacob0")
+"""Names of the paper's sets: confidence labels, the same with dynamic parameters, Jacobians in the axes of
+the tool, and of the base."""
+
+
 def write_csv(
     folder: Path | str,
     train: ConfidenceData | JacobianData,
@@ -423,30 +454,73 @@ def write_csv(
 
     Returns
     -------
-    The four files.
+    The four files. Beside them stands a list of their checksums, such as ``jacob.sha256``, which is written
+    last, so that :func:`read_csv` and ``sha256sum --check`` notice files of two different sets.
 
     Raises
     ------
     ValueError
-        If one part has Jacobians and the other one labels, or one has dynamic parameters and the other none.
+        If one part has Jacobians and the other one labels, one has dynamic parameters and the other none, or
+        the frame is unknown.
+    TypeError
+        If a part is no data.
     """
+    for argument, value in (("train", train), ("test", test)):
+        Instance((ConfidenceData, JacobianData))(value, argument)
+    checks.choice(frame, "frame", ("world", "tool"))
     if type(train) is not type(test) or (train.samples.dynamics is None) != (test.samples.dynamics is None):
         raise ValueError("train and test are sets of different kinds")
     if isinstance(train, ConfidenceData):
-        prefix, middle = "conf", "" if train.samples.dynamics is None else "_dyna"
+        name = "conf" if train.samples.dynamics is None else "conf_dyna"
     else:
-        prefix, middle = "jacob0" if frame == "world" else "jacob", ""
-    written = []
+        name = "jacob0" if frame == "world" else "jacob"
+    files: dict[str, str] = {}
     for part, data in (("test", test), ("train", train)):
         labels = (
             data.reachable[:, None] if isinstance(data, ConfidenceData) else data.in_frame(frame).flatten(1)
         )
         for kind, values in (("feature", features(data.samples)), ("label", labels)):
-            path = Path(folder) / f"{prefix}_{kind}{middle}_{part}.csv"
             text = io.StringIO()
             np.savetxt(
                 text, values.numpy(), fmt="%d" if values.dtype == torch.bool else "%.17g", delimiter=","
             )
-            store.write_atomically(path, text.getvalue())
-            written.append(path)
-    return tuple(written)
+            files[_file(name, kind, part)] = text.getvalue()
+    return store.write_set(folder, f"{name}.sha256", files)
+
+
+def read_csv(folder: Path | str, name: str) -> dict[str, tuple[Array, Array]]:
+    """Read a set that :func:`write_csv` wrote.
+
+    Parameters
+    ----------
+    folder
+        Where it lies.
+    name
+        One of `CSV_SETS`.
+
+    Returns
+    -------
+    Features (n, columns) and labels (n, k) of ``"train"`` and of ``"test"``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file or the list of checksums is missing, as after a writing that was stopped.
+    ValueError
+        If a file is not the one that was written last, or the name is unknown.
+    """
+    checks.choice(name, "name", CSV_SETS)
+    texts = store.read_set(folder, f"{name}.sha256")
+    read: dict[str, tuple[Array, Array]] = {}
+    for part in ("train", "test"):
+        features_, labels = (
+            np.loadtxt(io.BytesIO(texts[_file(name, kind, part)]), delimiter=",", ndmin=2)
+            for kind in ("feature", "label")
+        )
+        read[part] = (features_, labels)
+    return read
+
+
+def _file(name: str, kind: str, part: str) -> str:
+    prefix, _, dynamic = name.partition("_")
+    return f"{prefix}_{kind}{'_dyna' if dynamic else ''}_{part}.csv"

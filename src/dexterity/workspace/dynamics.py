@@ -23,7 +23,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
 from dexterity.workspace.reachability import Frames, frames
 
@@ -88,12 +88,39 @@ def joint_inertia(
     ------
     ValueError
         If a shape does not fit, a length is negative, or something is not finite.
+    TypeError
+        If `dynamics` are no dynamic parameters, or what is needed as numbers is none.
 
     References
     ----------
     Siciliano et al. (2009), Robotics: Modelling, Planning and Control, Eq. 7.32.
     """
-    return _joint_inertia(frames(links, q), dynamics)
+    return _joint_inertia(*_placed(links, dynamics, q))
+
+
+def _placed(
+    links: TensorLike, dynamics: DynamicParameters, q: TensorLike
+) -> tuple[Frames, DynamicParameters]:
+    checks.instance(dynamics, "dynamics", DynamicParameters)
+    placed, batches, parts = frames(links, q), [], []
+    for name, part in zip(DynamicParameters._fields, dynamics, strict=True):
+        part, shape = spatial.to_float64(part, name), _SHAPES.get(name, (6,))
+        if part.shape[-len(shape) :] != shape:
+            wanted = ", ".join(map(str, shape))
+            raise ValueError(f"{name} has shape {tuple(part.shape)}; (..., {wanted}) is needed")
+        parts.append(part)
+        batches.append(part.shape[: -len(shape)])
+    try:
+        torch.broadcast_shapes(placed.origins.shape[:-2], *batches)
+    except RuntimeError as error:
+        raise ValueError(
+            f"dynamics has batch axes {[tuple(batch) for batch in batches]}, and links with q "
+            f"{tuple(placed.origins.shape[:-2])}; they do not broadcast"
+        ) from error
+    return placed, DynamicParameters(*parts)
+
+
+_SHAPES = {"centre": (6, 3), "inertia": (6, 3), "coulomb": (6, 2)}
 
 
 def _joint_inertia(placed: Frames, dynamics: DynamicParameters) -> Tensor:
@@ -126,8 +153,7 @@ def cartesian_inertia(
     ----------
     Asada (1983), A geometrical representation of manipulator dynamics and its application to arm design.
     """
-    links, q = spatial.to_float64(links, "links"), spatial.to_float64(q, "q")
-    return _cartesian_inertia(frames(links, q), dynamics)
+    return _cartesian_inertia(*_placed(links, dynamics, q))
 
 
 def _cartesian_inertia(placed: Frames, dynamics: DynamicParameters) -> Tensor:
@@ -143,7 +169,7 @@ def asada_ratio(links: TensorLike, dynamics: DynamicParameters, q: TensorLike) -
 
     The arguments and errors are those of :func:`joint_inertia`.
     """
-    return ratio_at(frames(links, q), dynamics)
+    return ratio_at(*_placed(links, dynamics, q))
 
 
 def ratio_at(placed: Frames, dynamics: DynamicParameters) -> Float64[Tensor, "*batch"]:

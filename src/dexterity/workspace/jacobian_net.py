@@ -29,9 +29,10 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
+from dexterity.checks import Instance, Real, Whole
 from dexterity.spatial import TensorLike
-from dexterity.workspace.archive import ArchiveError, read_archive, write_archive
+from dexterity.workspace.archive import ArchiveError, read_archive, require_like, write_archive
 from dexterity.workspace.dataset import Samples, Scaling, features
 from dexterity.workspace.reachability import in_tool_axes
 
@@ -69,7 +70,11 @@ def inputs_of(samples: Samples, kind: Inputs) -> Float64[Tensor, "n width"]:
     ------
     ValueError
         If the kind is unknown.
+    TypeError
+        If `samples` are none.
     """
+    checks.instance(samples, "samples", Samples)
+    checks.choice(kind, "inputs", get_args(Inputs))
     if kind == "columns":
         return features(samples)
     if kind == "relevant":
@@ -149,6 +154,7 @@ def decode(
 
 
 def _places(entries: Entries) -> tuple[list[int], list[int]]:
+    checks.choice(entries, "entries", get_args(Entries))
     rows, columns = zip(*{"tool": _TOOL, "world": _WORLD, "plane": _PLANE}[entries], strict=True)
     return list(rows), list(columns)
 
@@ -183,6 +189,12 @@ class Architecture:
         of a head.
     dropout
         Share of values that is dropped behind a normalised layer in training.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a width is no whole number of at least 1, a number of layers none of at least 0, or `dropout` no
+        share below 1.
     """
 
     encoder: tuple[int, ...] = ()
@@ -190,6 +202,15 @@ class Architecture:
     estimation: tuple[int, ...] = (256, 256, 256)
     normalised: tuple[int, int] = (0, 0)
     dropout: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, least in (("encoder", 1), ("confidence", 1), ("estimation", 1), ("normalised", 0)):
+            widths = Instance((tuple, list))(getattr(self, name), name)
+            whole = tuple(Whole(least)(width, f"{name}[{i}]") for i, width in enumerate(widths))
+            object.__setattr__(self, name, whole)
+        if len(self.normalised) != 2:
+            raise ValueError(f"normalised has {len(self.normalised)} numbers; 2 are needed")
+        checks.fields(self, dropout=Real(least=0, below=1))
 
 
 PAPER_SIZE = Architecture(
@@ -281,13 +302,12 @@ class JacobianNet(torch.nn.Module):
         threshold: float = 0.5,
     ) -> None:
         super().__init__()
-        for name, value, known in (("inputs", inputs, Inputs), ("entries", entries, Entries)):
-            if value not in get_args(known):
-                raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(get_args(known))}")
-        if not 0 <= threshold <= 1:
-            raise ValueError(f"threshold is {threshold}; it must be from 0 to 1")
+        checks.instance(architecture, "architecture", Architecture)
+        checks.choice(inputs, "inputs", get_args(Inputs))
+        checks.choice(entries, "entries", get_args(Entries))
+        checks.instance(random, "random", torch.Generator)
         self.architecture, self.inputs, self.entries = architecture, inputs, entries
-        self.threshold = threshold
+        self.threshold = checks.real(threshold, "threshold", least=0, most=1)
         for name, scaling in (("in", scaling_in), ("out", scaling_out)):
             self.register_buffer(f"centre_{name}", scaling.centre.clone())
             self.register_buffer(f"unit_{name}", scaling.unit.clone())
@@ -328,8 +348,22 @@ class JacobianNet(torch.nn.Module):
         return Scaling(self.get_buffer(f"centre_{side}"), self.get_buffer(f"unit_{side}"))
 
     def scaled_inputs(self, samples: Samples) -> Tensor:
-        """Return what the encoder gets of samples, (n, width) in float32."""
-        return self.scaling("in").apply(inputs_of(samples, self.inputs)).float()
+        """Return what the encoder gets of samples, (n, width) in float32.
+
+        Raises
+        ------
+        ValueError
+            If the samples have dynamic parameters and those that the network was made for have none, or the
+            other way round.
+        """
+        x, scaling = inputs_of(samples, self.inputs), self.scaling("in")
+        if x.shape[-1] != len(scaling.centre):
+            has = "no dynamics" if samples.dynamics is None else "dynamics"
+            raise ValueError(
+                f"samples have {has} and {x.shape[-1]} columns; the network sees {len(scaling.centre)}: draw "
+                f"them with dynamics={samples.dynamics is None}"
+            )
+        return scaling.apply(x).float()
 
     def estimate(self, samples: Samples) -> Estimate:
         """Return what it says of samples (n)."""
@@ -375,12 +409,11 @@ class JacobianNet(torch.nn.Module):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the network to a file; errors as for :func:`dexterity.workspace.archive.write_archive`."""
-        write_archive(path, self.header(), self.state_dict())
+        write_archive(path, _KIND, self.header(), self.state_dict())
 
     def header(self) -> dict[str, Any]:
         """Return what a file says of the network beside its numbers."""
         return {
-            "kind": "jacobian-net",
             "architecture": asdict(self.architecture),
             "inputs": self.inputs,
             "entries": self.entries,
@@ -398,7 +431,7 @@ class JacobianNet(torch.nn.Module):
         ArchiveError
             If the file is not whole, or is of something else.
         """
-        header, tensors = read_archive(path)
+        header, tensors = read_archive(path, _KIND)
         try:
             network = cls(
                 Architecture(**{name: _tuple(value) for name, value in header["architecture"].items()}),
@@ -409,13 +442,15 @@ class JacobianNet(torch.nn.Module):
                 torch.Generator(),
                 header["threshold"],
             )
+            require_like(tensors, network.state_dict())
             network.load_state_dict(tensors)
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, MemoryError) as error:
             raise ArchiveError(f"{os.fspath(path)} holds no network that can be built: {error}") from error
         return network
 
 
 _ROWS = 65_536
+_KIND = "jacobian-net"
 
 
 def _tuple(value: Any) -> Any:

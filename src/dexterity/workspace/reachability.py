@@ -31,7 +31,7 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
 
@@ -118,8 +118,9 @@ def reachable(links: TensorLike, position: TensorLike) -> Bool[Tensor, "*batch"]
     ValueError
         If a shape does not fit, a length is negative, or something is not finite.
     """
-    d3, d4, a2, a3 = _links(links).unbind(-1)
-    x, y, z = _last(position, "position", 3).unbind(-1)
+    links, position = _links(links), _last(position, "position", 3)
+    _common_batch(links.shape[:-1], position.shape[:-1], "position")
+    (d3, d4, a2, a3), (x, y, z) = links.unbind(-1), position.unbind(-1)
     across = x.square() + y.square()
     far = across + z.square() - d3.square()
     forearm = (a3.square() + d4.square()).sqrt()
@@ -151,6 +152,8 @@ def inverse(
         If a shape does not fit, a length is negative, a pose is not rigid, or something is not finite.
     """
     links, T = _links(links), spatial.require_rigid(T_base_tool, "T_base_tool")
+    checks.instance(branch, "branch", Branch)
+    _common_batch(links.shape[:-1], T.shape[:-2], "T_base_tool")
     reach = reachable(links, T[..., :3, 3])
     q1, q2, q3 = _arm_angles(links, T[..., :3, 3], branch)
     q4, q5, q6 = _wrist_angles(q1, q2 + q3, T[..., :3, :3], branch.flip)
@@ -229,7 +232,7 @@ def frames(links: TensorLike, q: TensorLike) -> Frames:
     d3, d4, a2, a3 = links.unbind(-1)
     nothing = torch.zeros_like(d3)
     offsets, lengths = (nothing, nothing, d3, d4, nothing, nothing), (nothing, a2, a3, *[nothing] * 3)
-    batch = torch.broadcast_shapes(links.shape[:-1], q.shape[:-1])
+    batch = _common_batch(links.shape[:-1], q.shape[:-1], "q")
     R, p = torch.eye(3, dtype=q.dtype).expand(*batch, 3, 3), q.new_zeros(*batch, 3)
     rotations, origins = [R], [p]
     for angle, d, a, twist in zip(q.unbind(-1), offsets, lengths, TWISTS, strict=True):
@@ -279,6 +282,15 @@ def _links(links: TensorLike) -> Tensor:
     if (links < 0).any():
         raise ValueError(f"links holds {links.min().item()}; lengths are at least 0")
     return links
+
+
+def _common_batch(links: torch.Size, other: torch.Size, name: str) -> torch.Size:
+    try:
+        return torch.broadcast_shapes(links, other)
+    except RuntimeError as error:
+        raise ValueError(
+            f"links has batch axes {tuple(links)} and {name} {tuple(other)}; they do not broadcast"
+        ) from error
 
 
 def _last(value: TensorLike, name: str, size: int) -> Tensor:

@@ -33,7 +33,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
+from dexterity.checks import Real
 from dexterity.spatial import TensorLike
 
 __all__ = ["Circle", "Method", "Path", "Tracking", "Wanted", "track"]
@@ -99,10 +100,11 @@ class Circle:
     orientation: tuple[tuple[float, float, float], ...]
 
     def __post_init__(self) -> None:
-        if not 0 <= self.radius < math.inf or not 0 < self.period < math.inf:
-            raise ValueError(
-                f"radius is {self.radius} and period is {self.period}; a length and a time are needed"
-            )
+        checks.fields(self, radius=Real(least=0), period=Real(above=0), lean=Real())
+        for name, shape in (("centre", (3,)), ("orientation", (3, 3))):
+            value = spatial.to_float64(getattr(self, name), name)
+            if value.shape != shape:
+                raise ValueError(f"{name} has shape {tuple(value.shape)}; {shape} is needed")
         spatial.pose(self.orientation, self.centre)
 
     def __call__(self, time: Tensor) -> Wanted:
@@ -202,14 +204,23 @@ def track(
     q = spatial.to_float64(q, "q")
     if q.ndim != 1:
         raise ValueError(f"q has shape {tuple(q.shape)}; one configuration (n,) is needed")
-    for name, value in (("duration", duration), ("step", step), ("largest_rate", largest_rate)):
-        if not 0 < value < math.inf:
-            raise ValueError(f"{name} is {value}; a positive number is needed")
-    if not 0 <= gain < math.inf:
-        raise ValueError(f"gain is {gain}; a number from 0 is needed")
-    if method not in get_args(Method):
-        raise ValueError(f"method is {method!r}; {get_args(Method)} are known")
+    for name, function in (("path", path), ("forward", forward), ("geometric_jacobian", geometric_jacobian)):
+        checks.function(function, name)
+    duration, step, largest_rate = (
+        checks.positive(value, name)
+        for value, name in ((duration, "duration"), (step, "step"), (largest_rate, "largest_rate"))
+    )
+    if duration / step > _MOST_STEPS:
+        raise ValueError(
+            f"step is {step}, with which {duration} s take {duration / step:.3g} steps; "
+            f"at most {_MOST_STEPS:,} are taken"
+        )
+    gain = checks.real(gain, "gain", least=0)
+    checks.choice(method, "method", get_args(Method))
     return _Loop(path, forward, geometric_jacobian, gain, method, largest_rate).run(q, duration, step)
+
+
+_MOST_STEPS = 10_000_000
 
 
 class _Ended(Exception):  # noqa: N818  # it ends a run, which goes on as a result

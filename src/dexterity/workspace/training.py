@@ -23,16 +23,17 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import torch
 from torch import Tensor
 from torch.nn.functional import binary_cross_entropy_with_logits, mse_loss
 from tqdm import tqdm
 
-from dexterity import store
+from dexterity import checks, store
+from dexterity.checks import Choice, Flag, OrNone, Real, Whole
 from dexterity.networks.threads import one_thread
-from dexterity.workspace.archive import ArchiveError, read_archive, write_archive
+from dexterity.workspace.archive import ArchiveError, read_archive, require_like, write_archive
 from dexterity.workspace.dataset import ConfidenceData, JacobianData, Scaling
 from dexterity.workspace.jacobian_net import Architecture, Entries, Inputs, JacobianNet, encode, inputs_of
 
@@ -82,6 +83,10 @@ class Epoch(NamedTuple):
 
 def epochs(confidence: int = 0, estimation: int = 0) -> tuple[Epoch, ...]:
     """Return so many epochs of each head, one head after the other, for heads that share nothing."""
+    confidence, estimation = (
+        checks.whole(count, name, least=0)
+        for count, name in ((confidence, "confidence"), (estimation, "estimation"))
+    )
     return (Epoch("confidence"),) * confidence + (Epoch("estimation"),) * estimation
 
 
@@ -98,6 +103,8 @@ def cycles(pretraining: int, count: int) -> tuple[Epoch, ...]:
     count
         Cycles.
     """
+    pretraining = checks.whole(pretraining, "pretraining", least=0)
+    count = checks.whole(count, "count", least=0)
     cycle = (Epoch("confidence", frozen=True),) * 2 + (Epoch("estimation"),)
     return (Epoch("estimation"),) * pretraining + cycle * count
 
@@ -123,6 +130,11 @@ class Options:
     patience
         Epochs without a better validation loss after which a run ends, with the best weights it had; None
         for a run through the whole schedule, which keeps the last ones.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the schedule is empty or holds what is no epoch, or an option is out of its range or no number.
     """
 
     schedule: tuple[Epoch, ...]
@@ -134,17 +146,27 @@ class Options:
     patience: int | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.schedule, Sequence) or isinstance(self.schedule, str):
+            raise TypeError(f"schedule is {checks.shown(self.schedule)}; a sequence of epochs is needed")
         if not self.schedule:
             raise ValueError("schedule is empty; at least one epoch is needed")
-        if self.optimiser not in OPTIMISERS:
-            raise ValueError(f"optimiser is {self.optimiser!r}; it must be one of {', '.join(OPTIMISERS)}")
-        if not self.rate > 0 or self.batch < 2 or not 0 < self.validation < 1:
-            raise ValueError(
-                f"rate is {self.rate}, batch {self.batch}, validation {self.validation}; a positive number, "
-                "at least 2, and a share between 0 and 1 are needed"
-            )
-        if self.patience is not None and self.patience < 1:
-            raise ValueError(f"patience is {self.patience}; at least 1 epoch is needed")
+        for i, epoch in enumerate(self.schedule):
+            checks.instance(epoch, f"schedule[{i}]", Epoch)
+            checks.choice(epoch.head, f"schedule[{i}].head", get_args(Head))
+            checks.flag(epoch.frozen, f"schedule[{i}].frozen")
+        object.__setattr__(self, "schedule", tuple(self.schedule))
+        checks.fields(
+            self,
+            optimiser=Choice(tuple(OPTIMISERS)),
+            rate=Real(above=0),
+            decay=Flag(),
+            batch=Whole(2),
+            validation=_SHARE,
+            patience=OrNone(Whole(1)),
+        )
+
+
+_SHARE = Real(above=0, below=1)
 
 
 class Rows(NamedTuple):
@@ -163,11 +185,25 @@ class Loss(NamedTuple):
 
 
 class Training(NamedTuple):
-    """A trained network, the losses of its epochs, and whether it ran out of patience."""
+    """A trained network.
+
+    Attributes
+    ----------
+    network
+        The network.
+    losses
+        Losses of the epochs that led to it.
+    stopped_early
+        Whether it ran out of patience.
+    diverged
+        Whether a loss was no longer finite. The run then ended before that epoch: the network has the weights
+        that it had there, or the best ones.
+    """
 
     network: JacobianNet
     losses: tuple[Loss, ...]
     stopped_early: bool
+    diverged: bool
 
 
 def network_for(
@@ -191,21 +227,24 @@ def network_for(
     validation
         Share of the rows at the end that is held out.
     """
-    train, _ = _parted(len(data.jacobian), validation)
+    checks.instance(data, "data", JacobianData)
+    train, _ = _parted(len(data.jacobian), _SHARE(validation, "validation"))
     x = inputs_of(data.samples, inputs)[train]
     y = encode(data.jacobian, data.samples, entries)[train]
-    random = torch.Generator().manual_seed(seed)
+    random = torch.Generator().manual_seed(checks.seed(seed))
     scalings = Scaling.to_unit_deviation(x), Scaling.to_range(y)
     return JacobianNet(architecture, inputs, entries, *scalings, random)
 
 
 def confidence_rows(network: JacobianNet, data: ConfidenceData) -> Rows:
-    """Return rows of the confidence head."""
+    """Return rows of the confidence head; errors are those of :meth:`JacobianNet.scaled_inputs`."""
+    checks.instance(data, "data", ConfidenceData)
     return Rows(network.scaled_inputs(data.samples), data.reachable[:, None].float())
 
 
 def estimation_rows(network: JacobianNet, data: JacobianData) -> Rows:
-    """Return rows of the estimation head."""
+    """Return rows of the estimation head; errors are those of :meth:`JacobianNet.scaled_inputs`."""
+    checks.instance(data, "data", JacobianData)
     y = encode(data.jacobian, data.samples, network.entries)
     return Rows(network.scaled_inputs(data.samples), network.scaling("out").apply(y).float())
 
@@ -242,7 +281,9 @@ def train(
     ArchiveError
         If the checkpoint is damaged, or of a run with another architecture, other options or other data.
     """
-    run = _Run(network, rows, options, seed)
+    checks.instance(network, "network", JacobianNet)
+    checks.instance(options, "options", Options)
+    run = _Run(network, rows, options, checks.seed(seed))
     if checkpoint is not None:
         run.resume(checkpoint)
     with (
@@ -251,12 +292,14 @@ def train(
     ):
         while not run.is_over:
             run.advance()
+            if run.diverged:
+                break
             if checkpoint is not None:
                 run.keep(checkpoint)
             bar.update()
             bar.set_postfix_str(f"{run.losses[-1].head} {run.losses[-1].validation:.2e}")
     run.settle()
-    return Training(network, tuple(run.losses), run.is_out_of_patience)
+    return Training(network, tuple(run.losses), run.is_out_of_patience, run.diverged)
 
 
 class _Run:
@@ -274,6 +317,7 @@ class _Run:
         self.best = math.inf
         self.best_epoch = 0
         self.best_weights: dict[str, Tensor] = {}
+        self.diverged = False
         self.key = {
             "network": network.header(),
             "options": asdict(options) | {"schedule": [list(epoch) for epoch in options.schedule]},
@@ -295,20 +339,28 @@ class _Run:
         return len(self.losses) == len(self.options.schedule) or self.is_out_of_patience
 
     def advance(self) -> None:
-        """Train one epoch and look at the held-out rows."""
+        """Train one epoch and look at the held-out rows; where a loss is not finite, take the epoch back."""
         number = len(self.losses)
         head, frozen = self.options.schedule[number]
         random = torch.Generator().manual_seed(int(store.content_key(self.seed, number), 16) % 2**63)
         train, held_out = self.parts[head]
-        trained = self._epoch(head, frozen, train, random)
-        self.losses.append(Loss(head, trained, self._loss_on(head, held_out)))
+        before = self._weights()
+        loss = Loss(head, self._epoch(head, frozen, train, random), self._loss_on(head, held_out))
+        if not (math.isfinite(loss.train) and math.isfinite(loss.validation)):
+            self.network.load_state_dict(before)
+            self.diverged = True
+            return
+        self.losses.append(loss)
         last = {loss.head: loss.validation for loss in self.losses}
         score = sum(last.values()) if last.keys() == self.parts.keys() else math.inf
         if self.options.patience is not None and score < self.best:
             self.best, self.best_epoch = score, len(self.losses)
-            self.best_weights = {name: part.clone() for name, part in self.network.state_dict().items()}
+            self.best_weights = self._weights()
         elif math.isinf(score):
             self.best_epoch = len(self.losses)
+
+    def _weights(self) -> dict[str, Tensor]:
+        return {name: part.clone() for name, part in self.network.state_dict().items()}
 
     def _epoch(self, head: Head, frozen: bool, rows: Rows, random: torch.Generator) -> float:
         network, optimiser = self.network, self.optimisers[head]
@@ -361,13 +413,12 @@ class _Run:
 
     def keep(self, path: Path | str) -> None:
         header = {
-            "kind": "training",
             "run": self.key,
             "losses": [list(loss) for loss in self.losses],
             "best": None if math.isinf(self.best) else self.best,
             "best epoch": self.best_epoch,
         }
-        write_archive(path, header, dict(self._tensors()))
+        write_archive(path, _KIND, header, dict(self._tensors()))
 
     def _tensors(self) -> Iterator[tuple[str, Tensor]]:
         yield from ((f"weights/{name}", part) for name, part in self.network.state_dict().items())
@@ -381,15 +432,24 @@ class _Run:
     def resume(self, path: Path | str) -> None:
         """Go on where a checkpoint is; do nothing if there is none."""
         try:
-            header, tensors = read_archive(path)
+            header, tensors = read_archive(path, _KIND)
         except FileNotFoundError:
             return
         self._require_own(header, path)
+        try:
+            self._restore(header, tensors)
+        except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+            raise ArchiveError(f"{os.fspath(path)} holds no run that can go on: {error}") from error
+
+    def _restore(self, header: Mapping[str, Any], tensors: Mapping[str, Tensor]) -> None:
         self.losses = [Loss(*loss) for loss in header["losses"]]
         self.best = math.inf if header["best"] is None else header["best"]
         self.best_epoch = header["best epoch"]
-        self.network.load_state_dict(_below("weights", tensors))
-        self.best_weights = _below("best", tensors)
+        weights, self.best_weights = _below("weights", tensors), _below("best", tensors)
+        require_like(weights, self.network.state_dict())
+        if header["best"] is not None:
+            require_like(self.best_weights, self.network.state_dict())
+        self.network.load_state_dict(weights)
         for head, optimiser in self.optimisers.items():
             own: dict[int, dict[str, Any]] = {}
             for name, part in _below(head, tensors).items():
@@ -398,9 +458,9 @@ class _Run:
             optimiser.load_state_dict(optimiser.state_dict() | {"state": own})
 
     def _require_own(self, header: Mapping[str, Any], path: Path | str) -> None:
-        if header.get("kind") != "training":
-            raise ArchiveError(f"{os.fspath(path)} is no checkpoint of a training")
-        theirs = header["run"]
+        theirs = header.get("run")
+        if not isinstance(theirs, dict):
+            raise ArchiveError(f"{os.fspath(path)} does not say of which run it is")
         if other := [name for name, value in self.key.items() if theirs.get(name) != _plain(value)]:
             raise ArchiveError(
                 f"{os.fspath(path)} is the checkpoint of another run: its {', '.join(other)} differ; "
@@ -409,6 +469,7 @@ class _Run:
 
 
 _ROWS = 65_536
+_KIND = "training"
 
 
 def _below(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:

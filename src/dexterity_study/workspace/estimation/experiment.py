@@ -109,7 +109,7 @@ def trainings(
             continue
         sets, (confidence, jacobians) = _sets(rows, 0, way.dynamics), _sets(tests, 2, way.dynamics)
         options = options_of(way, counts, paper_epochs or reading["epoch-count"])
-        network, losses, _ = fit(way, sets, options, seed)
+        network, losses, *_ = fit(way, sets, options, seed)
         row: dict[str, Any] = {"way": name, "parameters": network.parameter_count}
         if "confidence" in way.heads:
             row |= sureness(network, confidence)
