@@ -1,114 +1,177 @@
-"""Cards of networks: errors on fresh points, the worst case that a search finds, data and size.
+"""Cards: what is known of a network, for people and for programs.
 
-A card is what :func:`dexterity.networks.save` keeps beside the weights, so that whoever loads a network
-later knows what it approximates, where, and how well.
+A card is what :func:`dexterity.networks.save` stores beside the weights, so that whoever loads a network
+later knows what it approximates, where, and how well. It is a mapping of entries that JSON can say, and it
+reads them: as the chain, the index and the space that the network was made for, as text, and as a page.
 
 Examples
 --------
 >>> import dexterity as dx
->>> from dexterity.networks.card import describe
->>> from dexterity.networks.worst_case import Search
->>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
->>> w = dx.indices.Index("manipulability").bind(dx.robots.uvms())
->>> space, few = dx.sampling.uvms_space("manipulability"), Search(256, 16, 8, steps=5)
->>> describe(network, w, space, seed=5, count=1000, search=few)["neurons"]
-8
+>>> card = dx.networks.load_shipped("uvms-manipulability-feed-forward").card
+>>> card.space().joints, round(card["worst_case"]["error"], 4)
+(12, 0.0015)
+>>> print(card.markdown().splitlines()[0])
+# uvms-manipulability-feed-forward
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import json
+import math
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from dexterity import operations
-from dexterity.networks.feed_forward import FeedForward
-from dexterity.networks.network import Network
-from dexterity.networks.threads import one_thread
-from dexterity.networks.validation import Function, fresh, judge
-from dexterity.networks.worst_case import Search, worst_case
-from dexterity.operations import Operations
+from dexterity.chain import Chain
+from dexterity.indices import Index
+from dexterity.networks import card_text, spaces
 from dexterity.sampling import Space
 
-__all__ = ["describe", "layer_operations", "plain"]
+__all__ = ["Card", "chain_entry", "index_entry", "plain"]
 
 
-def describe(
-    network: Network,
-    exact: Function,
-    space: Space,
-    about: Mapping[str, Any] | None = None,
-    *,
-    seed: int,
-    count: int = 200_000,
-    search: Search | None = None,
-) -> dict[str, Any]:
-    """Judge a network on points that nothing was chosen by, and return its card.
+class Card(Mapping[str, Any]):
+    """Entries of a network's card, which cannot be changed.
 
     Parameters
     ----------
-    network
-        A feed-forward or radial-basis network.
-    exact
-        Index that the network approximates; torch must be able to differentiate it once.
-    space
-        Where the network is to be used. Nothing outside of it is judged.
-    about
-        Further entries that cannot be measured, such as ``name``, ``chain``, ``index``, ``training`` and
-        ``licence``; :func:`plain` writes dataclasses for them.
-    seed
-        Seed of the fresh points and of the search. It should be none by which the network was chosen.
-    count
-        Number of fresh points.
-    search
-        Effort of the search for the worst case; that of its defaults if none is given.
-
-    Returns
-    -------
-    The entries of `about`, and ``kind``, ``inputs``, ``neurons``, ``space``, ``errors``, ``worst_case`` and
-    ``operations``, in what JSON can say. Errors are relative.
+    entries
+        Texts as keys; numbers, texts, truth values, None, and lists and mappings of these as values. They are
+        copied. Entries that :func:`dexterity.networks.judgement.describe` writes are understood by the
+        methods; others are shown as they are.
 
     Raises
     ------
+    TypeError
+        If `entries` is no mapping, a key is no text, or a value is of another kind.
     ValueError
-        See :func:`dexterity.networks.validation.error_distribution` and
-        :func:`dexterity.networks.worst_case.worst_case`.
+        If a number is not finite, or lists and mappings are nested too deeply.
     """
-    with one_thread():
-        errors = judge(network, fresh(exact, space, count, seed))
-        worst = worst_case(network, exact, space, search or Search(), seed)
+
+    def __init__(self, entries: Mapping[str, Any] | None = None) -> None:
+        if entries is not None and not isinstance(entries, Mapping):
+            raise TypeError(f"card is a {type(entries).__name__}; a mapping is needed")
+        try:
+            self._entries: dict[str, Any] = _copied(dict(entries or {}), "card")
+            json.dumps(self._entries, ensure_ascii=False).encode()
+        except RecursionError:
+            raise ValueError("card is nested too deeply to be written") from None
+
+    def __getitem__(self, key: str) -> Any:
+        return self._entries[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __repr__(self) -> str:
+        return f"<card of {self.get('name', 'a network')}: {', '.join(self) or 'empty'}>"
+
+    def _repr_html_(self) -> str:
+        return self.html(whole_page=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a copy of the entries that can be changed."""
+        copied: dict[str, Any] = _copied(self._entries, "card")
+        return copied
+
+    def with_entries(self, **entries: Any) -> Card:
+        """Return a card with further entries, or with others in the place of those of the same name."""
+        return Card(self._entries | entries)
+
+    def space(self) -> Space:
+        """Return the space that the network was trained on and judged in.
+
+        Raises
+        ------
+        ValueError
+            If the card has no space, or its entry does not describe one.
+        """
+        return spaces.from_card(self._entry("space"))
+
+    def chain(self) -> Chain:
+        """Return the chain that the network was made for, from the screws on the card.
+
+        Raises
+        ------
+        ValueError
+            If the card has no chain with its geometry; cards of older networks have its name alone.
+        """
+        entry = self._entry("chain")
+        if not isinstance(entry, Mapping) or not {"screws", "home"} <= entry.keys():
+            raise ValueError("card holds no geometry of its chain: the screws and home are not on it")
+        limits = {name: _numbers(entry.get(name), unlimited) for name, unlimited in _UNLIMITED.items()}
+        try:
+            return Chain(
+                entry["screws"],
+                entry["home"],
+                name=entry.get("name", "chain"),
+                joint_names=entry.get("joint_names"),
+                **limits,
+            )
+        except (TypeError, AttributeError) as error:
+            raise ValueError(f"card does not describe a chain: {error}") from error
+
+    def index(self) -> Index:
+        """Return the index that the network approximates.
+
+        Raises
+        ------
+        ValueError
+            If the card has no index, or its entry does not describe one.
+        """
+        entry = self._entry("index")
+        known = {field.name for field in dataclasses.fields(Index)}
+        if not isinstance(entry, Mapping) or "name" not in entry:
+            raise ValueError(f"card holds {entry!r} as its index; a mapping with a name is needed")
+        try:
+            return Index(**{key: _tupled(value) for key, value in entry.items() if key in known})
+        except TypeError as error:
+            raise ValueError(f"card does not describe an index: {error}") from error
+
+    def markdown(self) -> str:
+        """Return the card as text in Markdown, with tables."""
+        return card_text.markdown(self._entries)
+
+    def html(self, whole_page: bool = True) -> str:
+        """Return the card as a page that needs nothing beside it, with pictures, or as what a page holds."""
+        # matplotlib takes a second to import, and only this method needs it.
+        from dexterity.networks import card_page
+
+        return card_page.html(self._entries, whole_page)
+
+    def _entry(self, name: str) -> Any:
+        if name not in self._entries:
+            raise ValueError(f"card has no entry {name!r}; its entries are {sorted(self._entries)}")
+        return self._entries[name]
+
+
+_UNLIMITED = {"lower": -math.inf, "upper": math.inf, "rates": 1.0}
+"""What stands for None among an entry's limits and rates."""
+
+
+def chain_entry(chain: Chain) -> dict[str, Any]:
+    """Return what a card says of a chain: enough to make the same chain again."""
+
+    def finite(numbers: list[float]) -> list[float | None]:
+        return [number if math.isfinite(number) else None for number in numbers]
+
     return {
-        **(about or {}),
-        "kind": type(network).__name__,
-        "inputs": _inputs(network),
-        "neurons": network.neurons,
-        "space": {"kind": type(space).__name__, **plain(space)},
-        "errors": {**plain(errors), "seed": seed, "points": "fresh, Sobol"},
-        "worst_case": {
-            "error": worst.error,
-            "q": list(worst.q),
-            "value": worst.value,
-            "exact": worst.exact,
-            "evaluations": worst.evaluations,
-            "seed": seed,
-            "found_by": "multi-start ascent, no bound",
-        },
-        "operations": {"layers": layer_operations(network).total},
+        "name": chain.name,
+        "joint_names": list(chain.joint_names),
+        "screws": chain.screws.tolist(),
+        "home": chain.home.tolist(),
+        "lower": finite(chain.lower.tolist()),
+        "upper": finite(chain.upper.tolist()),
+        "rates": finite(chain.rates.tolist()),
     }
 
 
-def layer_operations(network: Network) -> Operations:
-    """Count the operations of a network's layers by the rules of paper A, without its view and its readout.
-
-    References
-    ----------
-    Sotiropoulos & Aspragathos (2016), Table 4.
-    """
-    width, h = network.view.width, network.neurons
-    if not isinstance(network, FeedForward):
-        return operations.radial_basis(width, h)
-    further_outputs = len(network.output_biases) - 1
-    return operations.feed_forward(width, h) + further_outputs * Operations(h, h)
+def index_entry(index: Index) -> dict[str, Any]:
+    """Return what a card says of an index: enough to make the same index again."""
+    return {name: value for name, value in plain(index).items() if value is not None}
 
 
 def plain(value: Any) -> dict[str, Any]:
@@ -122,7 +185,29 @@ def _listed(item: Any) -> Any:
     return [_listed(value) for value in item] if isinstance(item, list | tuple) else item
 
 
-def _inputs(network: Network) -> str:
-    joints = ", ".join(f"θ{joint + 1}" for joint in network.inputs)
-    carriers = len(network.view.carriers)
-    return f"world's origin in the link that joints 1 to {carriers} carry; {joints}" if carriers else joints
+def _tupled(item: Any) -> Any:
+    return tuple(map(_tupled, item)) if isinstance(item, list) else item
+
+
+def _numbers(entry: Any, absent: float) -> Any:
+    return [absent if number is None else number for number in entry] if isinstance(entry, list) else entry
+
+
+def _copied(value: Any, place: str) -> Any:
+    """Copy what JSON says and gives back as it was; errors name the place."""
+    if value is None or type(value) in (bool, str, int):
+        return value
+    if type(value) is float:
+        if not math.isfinite(value):
+            raise ValueError(f"{place} is {value}; a finite number is needed")
+        return value
+    if isinstance(value, Mapping):
+        if strange := [key for key in value if not isinstance(key, str)]:
+            raise TypeError(f"{place} has the key {strange[0]!r}; keys must be texts")
+        return {str(key): _copied(item, f"{place}[{key!r}]") for key, item in value.items()}
+    if isinstance(value, list):
+        return [_copied(item, f"{place}[{i}]") for i, item in enumerate(value)]
+    raise TypeError(
+        f"{place} is a {type(value).__name__}; numbers, texts, truth values, None, lists and mappings are "
+        "needed"
+    )

@@ -30,7 +30,7 @@ from jaxtyping import Float64
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dexterity import sampling, spatial
+from dexterity import checks, sampling, spatial
 from dexterity.sampling import DataSet, Space
 
 __all__ = [
@@ -51,14 +51,14 @@ Function: TypeAlias = Callable[[Tensor], Tensor]
 
 @dataclass(frozen=True)
 class ErrorDistribution:
-    """Relative errors, Eq. 21 of paper A, over a set of configurations.
+    """Errors over a set of configurations, relative as in Eq. 21 of paper A unless a scale was given.
 
     Attributes
     ----------
     count
         Number of configurations.
     mean, root_mean_square, median
-        Of the absolute relative error.
+        Of the absolute error.
     percentile_90, percentile_99, percentile_99_9
         What that share of the configurations does not exceed.
     maximum
@@ -121,25 +121,31 @@ def fresh(
         If `count` is not positive, the method is unknown, or what `index` returns is not finite or not one
         value for each configuration.
     """
-    if method == "sobol":
+    if checks.choice(method, "method", ("sobol", "uniform")) == "sobol":
         q = sampling.sobol(space, count, seed)
-    elif method == "uniform":
-        q = sampling.uniform(space, count, torch.Generator().manual_seed(seed))
     else:
-        raise ValueError(f"method is {method!r}; 'sobol' and 'uniform' are known")
+        q = sampling.uniform(space, count, torch.Generator().manual_seed(checks.whole(seed, "seed", least=0)))
     return DataSet(q, _evaluated(index, q, "index"))
 
 
-def judge(f: Function, data: DataSet) -> ErrorDistribution:
+def judge(f: Function, data: DataSet, scale: float | None = None) -> ErrorDistribution:
     """Compare an approximation with known values.
+
+    Parameters
+    ----------
+    f
+        The approximation.
+    data
+        Configurations with the values of the index.
+    scale
+        What errors are divided by; the values themselves if none is given.
 
     Raises
     ------
     ValueError
-        If there are no rows, a value is zero, or what `f` returns is not finite or not one value for each
-        configuration.
+        See :func:`relative_errors`.
     """
-    errors = relative_errors(f, data).abs()
+    errors = relative_errors(f, data, scale).abs()
     sizes = errors.numpy(force=True)
     median, most, nearly_all, all_but_one = np.quantile(sizes, (0.5, 0.9, 0.99, 0.999)).tolist()
     return ErrorDistribution(
@@ -155,17 +161,27 @@ def judge(f: Function, data: DataSet) -> ErrorDistribution:
     )
 
 
-def relative_errors(f: Function, data: DataSet) -> Float64[Tensor, " N"]:
-    """Return f(q) / value − 1 of each configuration, with its sign.
+def relative_errors(f: Function, data: DataSet, scale: float | None = None) -> Float64[Tensor, " N"]:
+    """Return f(q) / value − 1 of each configuration, with its sign; with a scale, (f(q) − value) / scale.
+
+    Parameters
+    ----------
+    f, data
+        See :func:`judge`.
+    scale
+        A positive number in the unit of the values, for an index that is zero or changes its sign in the
+        space.
 
     Raises
     ------
     ValueError
-        If there are no rows, a value is zero, or what `f` returns is not finite or not one value for each
-        configuration.
+        If there are no rows, a value is zero and there is no scale, the scale is not positive, or what `f`
+        returns is not finite or not one value for each configuration.
     """
     if not len(data.q):
         raise ValueError("data has no rows")
+    if scale is not None:
+        return (_evaluated(f, data.q, "f") - data.values) / checks.positive(scale, "scale")
     if (data.values == 0).any():
         raise ValueError("data holds a value of zero, of which there is no relative error")
     return _evaluated(f, data.q, "f") / data.values - 1
@@ -241,8 +257,7 @@ def acceptance_bias(
     """
     if not networks:
         raise ValueError("networks is empty; at least one is needed")
-    if not 0 < limit < float("inf"):
-        raise ValueError(f"limit is {limit}; a positive number is needed")
+    limit = checks.positive(limit, "limit")
     testing = [float(relative_errors(network, test).abs().max()) for network in networks]
     errors = [relative_errors(network, fresh).abs() for network in networks]
     return AcceptanceBias(
@@ -263,11 +278,8 @@ def passing_probability(share: float, points: int = 1000) -> float:
     ValueError
         If the share is not within 0 and 1, or there are no points.
     """
-    if not 0 <= share <= 1:
-        raise ValueError(f"share is {share}; 0 to 1 is needed")
-    if points < 1:
-        raise ValueError(f"points is {points}; at least 1 is needed")
-    return float((1 - share) ** points)
+    share = checks.real(share, "share", least=0, most=1)
+    return float((1 - share) ** checks.whole(points, "points", least=1))
 
 
 # ---- private ---------------------------------------------------------------------------------------

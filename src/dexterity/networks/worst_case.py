@@ -24,7 +24,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import sampling, spatial
+from dexterity import checks, sampling, spatial
 from dexterity.networks.validation import Function, relative_errors
 from dexterity.sampling import DataSet, Space
 
@@ -58,19 +58,17 @@ class Search:
     steps: int = 100
 
     def __post_init__(self) -> None:
-        for name in ("samples", "corners", "starts", "steps"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
+        checks.fields(self, **dict.fromkeys(("samples", "corners", "starts", "steps"), checks.Whole(1)))
 
 
 @dataclass(frozen=True)
 class WorstCase:
-    """The largest relative error that was found.
+    """The largest error that was found, relative unless a scale was given.
 
     Attributes
     ----------
     error
-        Absolute relative error, never below `sampled`.
+        Its size, never below `sampled`.
     q
         (n,) where it is, [rad] or [m].
     value, exact
@@ -93,7 +91,12 @@ class WorstCase:
 
 
 def worst_case(
-    f: Function, index: Function, space: Space, search: Search = Search(), seed: int = 0
+    f: Function,
+    index: Function,
+    space: Space,
+    search: Search = Search(),
+    seed: int = 0,
+    scale: float | None = None,
 ) -> WorstCase:
     """Search a space for the largest relative error of an approximation.
 
@@ -107,6 +110,8 @@ def worst_case(
         How much to search.
     seed
         Of the samples and corners.
+    scale
+        What errors are divided by; the values of the index if none is given.
 
     Raises
     ------
@@ -114,11 +119,11 @@ def worst_case(
         If nothing varies in the space, torch cannot differentiate `f`, the index is zero somewhere, or
         what either function returns is not finite or not one value for each configuration.
     """
-    u, looked_at = _starts(f, index, space, search, seed)
-    climbed = climb(f, index, space, u, search.steps)
+    u, looked_at = _starts(f, index, space, search, seed, scale)
+    climbed = climb(f, index, space, u, search.steps, scale)
     ends = space.from_unit(torch.cat([u[:1], climbed]))
     data = _data(index, ends)
-    errors = relative_errors(f, data).abs()
+    errors = relative_errors(f, data, scale).abs()
     best = int(errors.argmax())
     with torch.no_grad():
         value = f(ends[best : best + 1])
@@ -134,7 +139,12 @@ def worst_case(
 
 
 def worst_points(
-    f: Function, index: Function, space: Space, search: Search = Search(), seed: int = 0
+    f: Function,
+    index: Function,
+    space: Space,
+    search: Search = Search(),
+    seed: int = 0,
+    scale: float | None = None,
 ) -> DataSet:
     """Return where the climbs of :func:`worst_case` end, to train on or to look at.
 
@@ -144,14 +154,19 @@ def worst_points(
     -------
     At most `search.starts` configurations with the values of the index; climbs may end in one place.
     """
-    u, _ = _starts(f, index, space, search, seed)
-    return _data(index, space.from_unit(climb(f, index, space, u, search.steps)))
+    u, _ = _starts(f, index, space, search, seed, scale)
+    return _data(index, space.from_unit(climb(f, index, space, u, search.steps, scale)))
 
 
 def climb(
-    f: Function, index: Function, space: Space, u: Float64[Tensor, "B m"], steps: int
+    f: Function,
+    index: Function,
+    space: Space,
+    u: Float64[Tensor, "B m"],
+    steps: int,
+    scale: float | None = None,
 ) -> Float64[Tensor, "B m"]:
-    """Climb on the absolute relative error from points of the unit cube, all at once.
+    """Climb on the size of the error from points of the unit cube, all at once.
 
     Every coordinate has a step of its own, which grows while the slope keeps its sign and shrinks when it
     changes; a point that would leave the cube stays on its face. Only signs of slopes count, so kinks of
@@ -159,7 +174,7 @@ def climb(
 
     Parameters
     ----------
-    f, index, space
+    f, index, space, scale
         See :func:`worst_case`.
     u
         (B, m) starts.
@@ -184,7 +199,7 @@ def climb(
     before = torch.zeros_like(u)
     best, highest = u, torch.full_like(u[:, 0], -torch.inf)
     for _ in range(steps + 1):
-        height, slope = _height_and_slope(f, index, space, u)
+        height, slope = _height_and_slope(f, index, space, u, scale)
         higher = height > highest
         best, highest = torch.where(higher[:, None], u, best), torch.where(higher, height, highest)
         agreement = slope * before
@@ -200,10 +215,12 @@ def climb(
 _FIRST_STEP, _LARGEST_STEP = 0.02, 0.25
 
 
-def _starts(f: Function, index: Function, space: Space, search: Search, seed: int) -> tuple[Tensor, int]:
+def _starts(
+    f: Function, index: Function, space: Space, search: Search, seed: int, scale: float | None
+) -> tuple[Tensor, int]:
     """Points of the unit cube with the largest errors, largest first, and how many were looked at."""
     u = torch.cat([_samples(space, search, seed), _corners(space.dimensions, search, seed)])
-    errors = relative_errors(f, _data(index, space.from_unit(u))).abs()
+    errors = relative_errors(f, _data(index, space.from_unit(u)), scale).abs()
     return u[errors.argsort(descending=True, stable=True)[: search.starts]], len(u)
 
 
@@ -226,14 +243,17 @@ def _data(index: Function, q: Tensor) -> DataSet:
         return DataSet(q, spatial.to_float64(index(q), "index(q)"))
 
 
-def _height_and_slope(f: Function, index: Function, space: Space, u: Tensor) -> tuple[Tensor, Tensor]:
-    """Absolute relative errors (B) and how they rise with the coordinates (B, m)."""
+def _height_and_slope(
+    f: Function, index: Function, space: Space, u: Tensor, scale: float | None
+) -> tuple[Tensor, Tensor]:
+    """Sizes of errors (B) and how they rise with the coordinates (B, m)."""
     u = u.detach().requires_grad_()
     q = space.from_unit(u)
     value = f(q)
     if not value.requires_grad:
         raise ValueError("f cannot be differentiated by torch, so nothing can climb on its error")
-    height = (value / index(q) - 1).abs()
+    exact = index(q)
+    height = (value / exact - 1).abs() if scale is None else ((value - exact) / scale).abs()
     (slope,) = torch.autograd.grad(height.sum(), u)
     # At a kink there may be no slope; what climbs stays there until a coordinate with one leads it away.
     return spatial.to_float64(height.detach(), "f(q) / index(q)"), slope.nan_to_num(nan=0.0)
