@@ -19,6 +19,7 @@ from dexterity.indices import Index
 from dexterity.networks import card, files
 from dexterity.networks.export import compile_network
 from dexterity.networks.growth import RadialBasisOptions, grow
+from dexterity.networks.judgement import describe as describe_network
 from dexterity.networks.network import Network, View
 from dexterity.networks.problem import DesignProblem
 from dexterity.networks.recipes import Recipe, prepare
@@ -118,10 +119,11 @@ def describe(name: str, network: Network, folder: Path) -> Network:
     """Judge a network that a plan has made, and write it with a new card to a folder."""
     plan = PLANS[name]
     index, space = _index(plan), sampling.uvms_space(plan.index)
-    judged = card.describe(network, index, space, _about(name), seed=_JUDGED_BY, count=JUDGED)
-    judged["operations"]["exact, before a root or an iteration"] = _exact_operations(index.index)
+    judged = describe_network(network, index, space, _about(name), seed=_JUDGED_BY, count=JUDGED)
+    exact = {"exact, before a root or an iteration": _exact_operations(index.index)}
     with one_thread():
-        network.card = judged | {"time": _times(network, index, space)}
+        times = _times(network, index, space)
+    network.card = judged.with_entries(operations={**judged["operations"], **exact}, time=times)
     files.save(network, folder / f"{name}.npz")
     return network
 

@@ -51,7 +51,7 @@ def test_a_cubic_is_found_by_a_cubic(sets):
 
 def test_the_constant_has_the_least_largest_error(sets):
     def largest(value):
-        return validation.judge(baselines.Constant(value), sets.train).maximum
+        return validation.judge(baselines.Constant(value, sets.train.q.shape[1]), sets.train).maximum
 
     best = minimize_scalar(largest, bounds=(10, 15), method="bounded", options={"xatol": 1e-10})
     ours = baselines.constant(sets.train)

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from dexterity import networks, sampling
-from dexterity.networks import card, validation
+from dexterity.networks import card, judgement, validation
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.network import View
 from dexterity.networks.recipes import Recipe
@@ -31,7 +31,7 @@ def network():
 @pytest.fixture(scope="module")
 def described(network):
     about = {"name": "toy", "training": card.plain(Recipe(3))}
-    return card.describe(network, exact, SPACE, about, seed=7, count=500, search=SEARCH)
+    return judgement.describe(network, exact, SPACE, about, seed=7, count=500, search=SEARCH)
 
 
 def test_errors_are_those_on_the_fresh_points_of_the_seed(network, described):
@@ -60,7 +60,9 @@ def test_what_was_said_and_what_the_network_is_stand_in_it(described):
 
 def test_it_survives_the_file_of_its_network(network, described, tmp_path):
     networks.save(network, tmp_path / "toy.npz", described)
-    assert networks.load(tmp_path / "toy.npz").card == json.loads(json.dumps(described)) == described
+    assert (
+        networks.load(tmp_path / "toy.npz").card == json.loads(json.dumps(described.to_dict())) == described
+    )
 
 
 def test_operations_of_layers_are_those_of_the_formulas():
@@ -69,7 +71,7 @@ def test_operations_of_layers_are_those_of_the_formulas():
     random = torch.Generator().manual_seed(0)
     for readout, outputs in {"identity": 1, "triple": 6}.items():
         network = FeedForward.untrained(view, 5, q, torch.linspace(1, 2, 50), random, readout)
-        count = card.layer_operations(network)
+        count = judgement.layer_operations(network)
         assert count.total == feed_forward(7, 5).total + (outputs - 1) * 10
     bells = networks.load_shipped("uvms-manipulability-radial-basis")
-    assert card.layer_operations(bells) == radial_basis(7, bells.neurons)
+    assert judgement.layer_operations(bells) == radial_basis(7, bells.neurons)

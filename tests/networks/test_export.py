@@ -94,10 +94,18 @@ def test_what_has_no_single_value_is_refused(write):
 
 
 @LANGUAGES
-def test_a_carrier_that_turns_at_another_rate_is_refused(rng, write):
-    fast = View(JOINTS, [6], 2 * UVMS.screws[:4])
-    with pytest.raises(ValueError, match=r"^carrier 3 turns by 2\.0 rad per unit of its joint"):
-        write(feed_forward(rng, "identity", fast))
+@pytest.mark.parametrize(
+    ("large", "message"),
+    [({"target_half_range": 1e308, "output_weights": 1e10}, "output"), ({"hidden_weights": 1e301}, "hidden")],
+)
+def test_weights_that_overflow_are_refused(rng, write, large, message):
+    """Case of the review, faults #32: 'inf' is no constant of C, nor of JavaScript."""
+    network = feed_forward(rng, "identity")
+    arrays = {name: array.clone() for name, array in network.state_dict().items() if name != "view.carriers"}
+    for name, size in large.items():
+        arrays[name] = torch.full_like(arrays[name], size)
+    with pytest.raises(ValueError, match=rf"^network is not finite .*{message} overflow"):
+        write(FeedForward(PLAIN, "identity", arrays))
 
 
 # ---- what is seen ----------------------------------------------------------------------------------

@@ -3,9 +3,11 @@
 import hashlib
 import io
 import json
+import os
 import pickle
 import re
 import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +18,13 @@ from hypothesis import strategies as st
 
 import dexterity as dx
 from dexterity import store
-from dexterity.networks import NetworkFileError, files, load, save
+from dexterity.networks import NetworkFileError, load, save
 from dexterity.networks.network import Network
 from example_networks import PLAIN, examples, feed_forward, radial_basis, random_configurations
 
 CARD = {"chain": "uvms", "errors": [0.0015, None], "seen by θ5 … θ11": {"rows": 5000, "guarded": True}}
 NETWORKS = examples()
+COMMENT = b"dexterity network, sha256 "
 
 
 def written(folder: Path, network: Network, card: dict | None = None) -> bytes:
@@ -33,9 +36,9 @@ def sealed(arrays: dict[str, np.ndarray], pickled: bool = False) -> bytes:
     """Return the bytes of an archive with any content whose checksum is right."""
     archive = io.BytesIO()
     np.savez(archive, allow_pickle=pickled, **arrays)
-    length = len(files.COMMENT) + 64
+    length = len(COMMENT) + 64
     body = archive.getvalue()[:-2] + length.to_bytes(2, "little")
-    return body + files.COMMENT + hashlib.sha256(body).hexdigest().encode()
+    return body + COMMENT + hashlib.sha256(body).hexdigest().encode()
 
 
 def taken_apart(content: bytes) -> tuple[dict, dict[str, np.ndarray]]:
@@ -165,7 +168,7 @@ def test_other_archives_are_refused(tmp_path):
     assert refused(tmp_path, archive.getvalue()).startswith(("is no network file", "is corrupted"))
     assert refused(tmp_path, sealed({"weights": np.ones(3)})).startswith("cannot be read as an archive")
     body = b"no archive"
-    checksum = files.COMMENT + hashlib.sha256(body).hexdigest().encode()
+    checksum = COMMENT + hashlib.sha256(body).hexdigest().encode()
     assert refused(tmp_path, body + checksum).startswith("cannot be read as an archive")
 
 
@@ -179,12 +182,12 @@ def test_a_later_format_is_refused(tmp_path, content):
     ("change", "message"),
     [
         ({"format": "weights"}, "is no network file: its header says 'weights'"),
-        ({"kind": "transformer"}, "holds no network that can be built: 'transformer'"),
+        ({"kind": "transformer"}, "holds no network that can be built: kind is 'transformer'"),
         ({"inputs": [3, 3]}, "holds no network that can be built: inputs is (3, 3)"),
         ({"options": {}}, "holds no network that can be built"),
         ({"options": {"readout": "square"}}, "holds no network that can be built: readout is 'square'"),
         ({"joints": "twelve"}, "holds no network that can be built"),
-        ({"card": [1]}, "holds no network that can be built: its card is a list"),
+        ({"card": [1]}, "holds no network that can be built: card is a list"),
     ],
     ids=["format", "kind", "inputs", "no readout", "readout", "joints", "card"],
 )
@@ -238,6 +241,88 @@ def test_nothing_in_a_file_is_executed(tmp_path, content):
     assert refused(tmp_path, pickle.dumps(Trap())).startswith(("is no network file", "is corrupted"))
 
 
+# ---- hand-made files whose checksum is right: cases of the review, faults #24 --------------------------
+
+
+@pytest.mark.parametrize("header", [[1], 3, None, "text"])
+def test_a_header_that_is_no_mapping_is_refused(tmp_path, content, header):
+    refused(tmp_path, put_together(header, taken_apart(content)[1]))
+
+
+def test_deep_nesting_is_refused(tmp_path, content):
+    arrays = taken_apart(content)[1]
+    nested = np.frombuffer(b"[" * 200_000, np.uint8)
+    refused(tmp_path, sealed({"header": nested, **arrays}))
+
+
+def test_a_shape_of_more_numbers_than_the_file_is_refused(tmp_path, content):
+    header, arrays = taken_apart(content)
+    whole = put_together(header, {**arrays, "hidden_biases": np.zeros((1, 9999999))[:, :1]})
+    body = whole[: -len(COMMENT) - 64].replace(b"'shape': (1, 1), }", b"'shape': (10**9,)}")
+    refused(tmp_path, body + COMMENT + hashlib.sha256(body).hexdigest().encode())
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_compressed_members_are_refused_before_they_are_read(tmp_path, content, method):
+    """A bomb of a gigabyte has a megabyte."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", method) as bomb:
+        bomb.writestr("header.npy", b"\0" * 10_000_000)
+    body = archive.getvalue()[:-2] + (len(COMMENT) + 64).to_bytes(2, "little")
+    start = time.perf_counter()
+    assert "compressed" in refused(tmp_path, body + COMMENT + hashlib.sha256(body).hexdigest().encode())
+    assert time.perf_counter() - start < 1
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int64, np.complex128, bool])
+def test_arrays_of_another_kind_of_number_are_refused(tmp_path, content, dtype):
+    header, arrays = taken_apart(content)
+    changed = {**arrays, "hidden_biases": np.zeros(5, dtype)}
+    assert "float64 is needed" in refused(tmp_path, put_together(header, changed))
+
+
+@pytest.mark.parametrize("shape", [(2, 2, 2, 2, 2), (6,), (1, 7)])
+def test_carriers_that_are_no_screws_are_refused(tmp_path, content, shape):
+    header, arrays = taken_apart(content)
+    assert "carriers" in refused(tmp_path, put_together(header, {**arrays, "carriers": np.ones(shape)}))
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    with pytest.raises(NetworkFileError, match="names no file"):
+        load("\0")
+    with pytest.raises(NetworkFileError, match="no plain file"):
+        load(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(NetworkFileError, match="no plain file"):
+        load(tmp_path / "pipe")
+    with (tmp_path / "huge").open("wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(NetworkFileError, match="are the most"):
+        load(tmp_path / "huge")
+
+
+@pytest.mark.parametrize(
+    ("card", "error"),
+    [
+        ([1], TypeError),
+        ("abc", TypeError),
+        (3, TypeError),
+        (True, TypeError),
+        ({1: "a"}, TypeError),
+        ({1: "a", "1": "b"}, TypeError),
+        ({"a": (1, 2)}, TypeError),
+        ({"a": float("inf")}, ValueError),
+        ({"a": "\ud800"}, ValueError),
+    ],
+)
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_a_card_that_would_not_come_back_is_refused_before_writing(tmp_path, rng, card, error):
+    """Case of the review, faults #11."""
+    with pytest.raises(error, match=r"^card"):
+        save(feed_forward(rng, "identity"), tmp_path / "network.npz", card)
+    assert list(tmp_path.iterdir()) == []
+
+
 # ---- shipped ---------------------------------------------------------------------------------------
 
 
@@ -248,7 +333,5 @@ def test_shipped_networks_are_found_by_name(tmp_path, monkeypatch, rng):
         save(feed_forward(rng, "identity"), tmp_path / "networks" / f"{name}.npz", {"name": name})
     assert dx.networks.shipped() == ("uvms-a", "uvms-b")
     assert dx.networks.load_shipped("uvms-b").card == {"name": "uvms-b"}
-    with pytest.raises(
-        ValueError, match=r"^name is 'uvms-c'; these networks come with the package: \['uvms-a'"
-    ):
+    with pytest.raises(ValueError, match=r"^name is 'uvms-c'; did you mean 'uvms-b'"):
         dx.networks.load_shipped("uvms-c")

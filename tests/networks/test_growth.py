@@ -381,7 +381,7 @@ def test_numbers_that_must_be_positive_are_refused_otherwise(name, number):
         ({"training_goal": math.nan}, "training_goal is nan"),
         ({"error_threshold": 1e-7}, "error_threshold is 1e-07; at least the training goal"),
         ({"first_spread": 11.0}, "first_spread is 11.0; the limit is 10.0"),
-        ({"neuron_limit": 0}, "neuron_limit is 0; at least 1"),
+        ({"neuron_limit": 0}, "neuron_limit is 0; a whole number of at least 1"),
         ({"input_scale": (1.0, 0.0)}, "input_scale is 0.0"),
     ],
 )

@@ -77,7 +77,11 @@ def test_views_are_differentiable():
         (3, [0, 0], (), "rising order"),
         (3, [0, 3], (), "from 0 to 2"),
         (3, [-1], (), "from 0 to 2"),
-        (1, [0], np.zeros((2, 6)), "carriers has 2 screws"),
+        (1, [0], np.eye(6)[:2], "carriers has 2 screws"),
+        (3, [0], np.zeros((1, 6)), r"carriers\[0\] turns by 0"),
+        (3, [0], np.ones((3, 2)), r"carriers has shape \(3, 2\)"),
+        (3, [0], np.ones(6), r"carriers has shape \(6,\)"),
+        (3, [0], np.ones((1, 6)), r"carriers\[0\] turns by 1.73205"),
         (3, [0], np.full((1, 6), math.nan), "finite"),
     ],
 )

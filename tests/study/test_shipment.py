@@ -7,8 +7,8 @@ import dexterity as dx
 from dexterity import networks, sampling
 from dexterity.indices import Index
 from dexterity.networks import validation
-from dexterity.networks.card import layer_operations
 from dexterity.networks.feed_forward import FeedForward
+from dexterity.networks.judgement import layer_operations
 from dexterity.networks.radial_basis import RadialBasis
 from dexterity_study import shipment
 

@@ -19,6 +19,7 @@ from dexterity.networks import (
     export,
     feed_forward,
     growth,
+    judgement,
     levenberg_marquardt,
     network,
     normal_equations,
@@ -26,33 +27,59 @@ from dexterity.networks import (
     pruning,
     radial_basis,
     recipes,
+    rounding,
+    spaces,
     train,
     validation,
     worst_case,
 )
+from dexterity.networks.card import Card
+from dexterity.networks.domain import Guarded, OutsideTrainedSpace
+from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.files import NetworkFileError, load, load_shipped, save, shipped
+from dexterity.networks.judgement import describe
+from dexterity.networks.network import Network, View
+from dexterity.networks.radial_basis import RadialBasis
+from dexterity.networks.recipes import Recipe, prepare
+from dexterity.networks.validation import judge
+from dexterity.networks.worst_case import Search
 
 __all__ = [
+    "Card",
+    "FeedForward",
+    "Guarded",
+    "Network",
     "NetworkFileError",
+    "OutsideTrainedSpace",
+    "RadialBasis",
+    "Recipe",
+    "Search",
+    "View",
     "baselines",
     "card",
+    "describe",
     "design",
     "domain",
     "domain_export",
     "export",
     "feed_forward",
     "growth",
+    "judge",
+    "judgement",
     "levenberg_marquardt",
     "load",
     "load_shipped",
     "network",
     "normal_equations",
+    "prepare",
     "problem",
     "pruning",
     "radial_basis",
     "recipes",
+    "rounding",
     "save",
     "shipped",
+    "spaces",
     "train",
     "validation",
     "worst_case",

@@ -14,6 +14,7 @@ Examples
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
@@ -24,8 +25,9 @@ import torch
 from jaxtyping import Float64, Int64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.networks.network import View
+from dexterity.networks.threads import one_thread
 from dexterity.networks.validation import Function
 from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
@@ -66,13 +68,25 @@ def baselines(view: View, train: DataSet, seed: int = 0) -> Mapping[str, Functio
 
 @dataclass(frozen=True)
 class Constant:
-    """The same value everywhere."""
+    """The same value everywhere.
+
+    Attributes
+    ----------
+    value
+        The value.
+    joints
+        Number of joints n.
+    """
 
     value: float
+    joints: int
+
+    def __post_init__(self) -> None:
+        checks.fields(self, value=checks.Real(), joints=checks.Whole(1))
 
     def __call__(self, q: TensorLike) -> Float64[Tensor, "*batch"]:
         """Value for joint values (..., n)."""
-        q = spatial.to_float64(q, "q")
+        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "constant")
         # With a slope of zero and not without one, so that a search can climb on its error.
         return 0.0 * q.sum(-1) + self.value
 
@@ -92,7 +106,7 @@ def constant(train: DataSet) -> Constant:
     smallest, largest = float(train.values.min()), float(train.values.max())
     if smallest <= 0:
         raise ValueError(f"train holds the value {smallest}; positive ones are needed")
-    return Constant(2 / (1 / smallest + 1 / largest))
+    return Constant(2 / (1 / smallest + 1 / largest), train.q.shape[-1])
 
 
 @dataclass(frozen=True)
@@ -130,19 +144,20 @@ def polynomial(view: View, train: DataSet, degree: int) -> Polynomial:
     ValueError
         If the degree is not positive, there are fewer rows than terms, or an input does not vary.
     """
-    if degree < 1:
-        raise ValueError(f"degree is {degree}; at least 1 is needed")
+    degree = checks.whole(degree, "degree", least=1)
     x = view(train.q)
+    terms = math.comb(view.width + degree, degree)
+    if len(x) < terms:
+        raise ValueError(f"train has {len(x)} rows; the polynomial has {terms} terms")
     factors = torch.tensor(list(combinations_with_replacement(range(view.width + 1), degree)))
-    if len(x) < len(factors):
-        raise ValueError(f"train has {len(x)} rows; the polynomial has {len(factors)} terms")
     lowest, highest = x.amin(0), x.amax(0)
     if still := (lowest == highest).nonzero().flatten().tolist():
         raise ValueError(f"inputs {still} do not vary in train: leave them out of the view")
     centre, half_range = (lowest + highest) / 2, (highest - lowest) / 2
     matrix = _terms((x - centre) / half_range, factors)
-    # The default driver does not give the same last digits twice.
-    coefficients = torch.linalg.lstsq(matrix, train.values[:, None], driver="gelsd").solution[:, 0]
+    # The default driver does not give the same last digits twice, and no driver does on several threads.
+    with one_thread():
+        coefficients = torch.linalg.lstsq(matrix, train.values[:, None], driver="gelsd").solution[:, 0]
     return Polynomial(view, centre, half_range, factors, coefficients)
 
 

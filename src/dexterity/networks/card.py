@@ -9,7 +9,7 @@ Examples
 >>> import dexterity as dx
 >>> card = dx.networks.load_shipped("uvms-manipulability-feed-forward").card
 >>> card.space().joints, round(card["worst_case"]["error"], 4)
-(12, 0.0015)
+(12, 0.002)
 >>> print(card.markdown().splitlines()[0])
 # uvms-manipulability-feed-forward
 """
@@ -56,6 +56,8 @@ class Card(Mapping[str, Any]):
             json.dumps(self._entries, ensure_ascii=False).encode()
         except RecursionError:
             raise ValueError("card is nested too deeply to be written") from None
+        except UnicodeEncodeError as error:
+            raise ValueError(f"card holds a text that cannot be written: {error}") from None
 
     def __getitem__(self, key: str) -> Any:
         return self._entries[key]
@@ -197,10 +199,10 @@ def _copied(value: Any, place: str) -> Any:
     """Copy what JSON says and gives back as it was; errors name the place."""
     if value is None or type(value) in (bool, str, int):
         return value
-    if type(value) is float:
+    if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{place} is {value}; a finite number is needed")
-        return value
+        return float(value)
     if isinstance(value, Mapping):
         if strange := [key for key in value if not isinstance(key, str)]:
             raise TypeError(f"{place} has the key {strange[0]!r}; keys must be texts")

@@ -14,6 +14,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+import numpy as np
+
 from dexterity.networks.card_text import facts, limits, rows_of_errors
 
 __all__ = ["error_histogram", "html", "worst_case_slices"]
@@ -22,7 +24,8 @@ _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 46rem; margin: 2rem auto; padding: 0 1rem;
        color: #1b1b1b; background: #fff; }
 table { border-collapse: collapse; margin: 0.5rem 0 1.5rem; }
-th, td { border-bottom: 1px solid #ccc; padding: 0.25rem 0.75rem 0.25rem 0; text-align: left; vertical-align: top; }
+th, td { border-bottom: 1px solid #ccc; padding: 0.25rem 0.75rem 0.25rem 0;
+         text-align: left; vertical-align: top; }
 figure { margin: 0 0 1.5rem; } svg { max-width: 100%; height: auto; background: #fff; }
 figcaption { font-size: 0.9rem; } .advice { border-left: 4px solid #0072b2; padding-left: 0.75rem; }
 """
@@ -97,15 +100,21 @@ def worst_case_slices(slices: Sequence[Mapping[str, Any]]) -> str:
     figure = Figure(figsize=(2.4 * columns, 1.9 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True).flatten()
     for axis, line in zip(axes, slices, strict=False):
-        axis.plot(line["q"], line["exact"], ".", color="#1b1b1b", markersize=3)
-        axis.plot(line["q"], line["network"], color="#0072b2")
+        q = np.linspace(line["from"], line["to"], len(line["exact"]))
+        axis.plot(q, line["exact"], ".", color="#1b1b1b", markersize=3)
+        axis.plot(q, line["network"], color="#0072b2")
         axis.axvline(line["worst"], color="#d55e00", linewidth=0.8)
-        # Names come from whoever built the chain: a dollar sign would be read as a formula.
-        axis.set_xlabel(str(line["joint"]).replace("$", r"\$"), fontsize=9)
+        axis.set_xlabel(_label(str(line["joint"])), fontsize=9)
         axis.tick_params(labelsize=8)
     for axis in axes[len(slices) :]:
         axis.set_visible(False)
     return _svg(figure)
+
+
+def _label(name: str) -> str:
+    """Return a name as matplotlib writes it: no formula, and letters that its font has."""
+    letters = "".join(c if c.isprintable() and ord(c) < 0x500 else "?" for c in name)
+    return letters.replace("$", r"\$")
 
 
 def _svg(figure: Any) -> str:

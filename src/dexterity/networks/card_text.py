@@ -143,7 +143,9 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def _index(index: Any) -> str | None:
     if not isinstance(index, Mapping):
         return None if index is None else str(index)
-    details = [f"{key} {_brief(value)}" for key, value in index.items() if key != "name" and value is not None]
+    details = [
+        f"{key} {_brief(value)}" for key, value in index.items() if key != "name" and value is not None
+    ]
     return ", ".join([str(index.get("name", "")), *details])
 
 

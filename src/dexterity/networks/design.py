@@ -18,7 +18,6 @@ True
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -28,6 +27,7 @@ import joblib
 import numpy as np
 from tqdm import tqdm
 
+from dexterity import checks
 from dexterity.networks import train
 from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
 from dexterity.networks.growth import RadialBasisOptions
@@ -101,21 +101,18 @@ class FeedForwardOptions:
     sweep: Sweep = "first"
 
     def __post_init__(self) -> None:
-        if not 0 <= self.testing_error < math.inf:
-            raise ValueError(f"testing_error is {self.testing_error}; 0 or a positive number is needed")
-        for name in ("first_neurons", "neuron_step", "restarts"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
+        checks.fields(
+            self,
+            testing_error=checks.Real(least=0),
+            **dict.fromkeys(("first_neurons", "neuron_step", "restarts", "neuron_limit"), checks.Whole(1)),
+            seed=checks.Whole(0),
+            readout=checks.Choice(tuple(READOUTS)),
+            sweep=checks.Choice(get_args(Sweep)),
+        )
         if self.neuron_limit < self.first_neurons:
             raise ValueError(
                 f"neuron_limit is {self.neuron_limit}; at least {self.first_neurons}, the first, is needed"
             )
-        if self.seed < 0:
-            raise ValueError(f"seed is {self.seed}; 0 or a positive number is needed")
-        if self.readout not in READOUTS:
-            raise ValueError(f"readout is {self.readout!r}; {tuple(READOUTS)} are known")
-        if self.sweep not in get_args(Sweep):
-            raise ValueError(f"sweep is {self.sweep!r}; {get_args(Sweep)} are known")
         self.training()
 
     @property

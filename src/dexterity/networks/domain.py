@@ -7,13 +7,14 @@ Examples
 >>> import dexterity as dx
 >>> from dexterity.networks.domain import Guarded
 >>> network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
->>> guarded = Guarded(network, dx.sampling.uvms_space("manipulability"))
+>>> guarded = Guarded.of(network)
 >>> guarded.ask([[0.0] * 12, [0.0] * 8 + [1.5, 0.0, 0.0, 0.0]]).inside.tolist()
 [True, False]
 """
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,7 +22,8 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import sampling, spatial
+from dexterity import checks, sampling, spatial
+from dexterity.networks.files import load
 from dexterity.networks.network import Network
 from dexterity.sampling import Space
 from dexterity.spatial import TensorLike
@@ -89,7 +91,36 @@ class Guarded:
     network: Network
     space: Space
 
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Guarded:
+        """Return the network of a file, guarded by the space on its card.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        NetworkFileError
+            If the file is not whole or holds no network.
+        ValueError
+            If the card holds no space, or one that does not fit the network.
+        """
+        return cls.of(load(path))
+
+    @classmethod
+    def of(cls, network: Network) -> Guarded:
+        """Guard a network by the space on its card.
+
+        Raises
+        ------
+        ValueError
+            If the card holds no space, or one that does not fit the network.
+        """
+        checks.Instance(Network)(network, "network")
+        return cls(network, network.card.space())
+
     def __post_init__(self) -> None:
+        checks.Instance(Network)(self.network, "network")
+        checks.Instance(Space)(self.space, "space")
         if self.network.joints != self.space.joints:
             raise ValueError(
                 f"network has {self.network.joints} joints and space {self.space.joints}; as many are needed"

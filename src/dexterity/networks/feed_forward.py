@@ -28,7 +28,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.networks.network import Network, View, checked
 from dexterity.spatial import TensorLike
 
@@ -85,8 +85,7 @@ class FeedForward(Network):
 
     def __init__(self, view: View, readout: Readout, arrays: Mapping[str, TensorLike]) -> None:
         super().__init__(view)
-        if readout not in READOUTS:
-            raise ValueError(f"readout is {readout!r}; {tuple(READOUTS)} are known")
+        checks.choice(readout, "readout", READOUTS)
         self.readout: Readout = readout
         for name, array in checked(arrays, _shapes(view, readout, arrays)).items():
             if name in WEIGHTS:
@@ -128,10 +127,8 @@ class FeedForward(Network):
             If there are no neurons or no rows, shapes do not fit, an input or the values do not vary, or a
             readout meets values that it has no target for.
         """
-        if neurons < 1:
-            raise ValueError(f"neurons is {neurons}; at least 1 is needed")
-        if readout not in READOUTS:
-            raise ValueError(f"readout is {readout!r}; {tuple(READOUTS)} are known")
+        neurons = checks.whole(neurons, "neurons", least=1)
+        checks.choice(readout, "readout", READOUTS)
         x, targets = view(q), target_of(values, readout)
         if x.ndim != 2 or not len(x) or len(x) != len(targets):
             raise ValueError(
@@ -155,6 +152,9 @@ class FeedForward(Network):
     def neurons(self) -> int:
         """Number of hidden neurons h."""
         return len(self.hidden_biases)
+
+    def _detail(self) -> str:
+        return f"readout {self.readout!r}"
 
     @property
     def values(self) -> int:

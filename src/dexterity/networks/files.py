@@ -17,12 +17,8 @@ True
 
 from __future__ import annotations
 
-import hashlib
-import io
-import json
 import os
-import struct
-import zipfile
+import stat
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -30,7 +26,8 @@ from typing import Any
 import numpy as np
 from torch import Tensor
 
-from dexterity import store
+from dexterity import checks, sealed, store
+from dexterity.networks.card import Card
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.network import Network, View
 from dexterity.networks.radial_basis import RadialBasis
@@ -43,8 +40,11 @@ FORMAT = "dexterity-network"
 VERSION = 1
 """Version of the format that is written, and the newest that is read."""
 
-COMMENT = b"dexterity network, sha256 "
-"""What stands before the checksum at the end of a file."""
+KIND = "network"
+"""What a sealed file of this kind says that it holds."""
+
+LARGEST = 1 << 26
+"""Bytes that a file may have."""
 
 
 class NetworkFileError(ValueError):
@@ -62,25 +62,28 @@ def save(network: Network, path: str | os.PathLike[str], card: Mapping[str, Any]
         File to write, by custom with the ending ``.npz``; missing folders are created, an older file is
         replaced in one step.
     card
-        What is worth knowing of the network, in what JSON can say: numbers, texts, truth values, None, and
-        lists and mappings of these. The network's own card by default.
+        What is worth knowing of the network: a card, or a mapping of what JSON can say, see
+        :class:`dexterity.networks.card.Card`. The network's own card by default.
 
     Raises
     ------
     TypeError
         If the network is of an unknown kind or the card holds what JSON cannot say.
     ValueError
-        If the card holds a NaN or an infinity.
+        If the card holds a NaN or an infinity, or the network has too many weights for a file.
     OSError
         If the file cannot be written.
     """
-    store.write_atomically(path, _encoded(network, network.card if card is None else card))
+    content = _encoded(network, network.card if card is None else Card(card))
+    if len(content) > LARGEST:
+        raise ValueError(f"network needs {len(content)} bytes; a file has {LARGEST} at most")
+    store.write_atomically(path, content)
 
 
 def load(path: str | os.PathLike[str]) -> Network:
     """Return the network of a file, with its card.
 
-    Nothing in the file is executed.
+    Nothing in the file is executed, and nothing is read that is larger than the file.
 
     Raises
     ------
@@ -89,13 +92,12 @@ def load(path: str | os.PathLike[str]) -> Network:
     NetworkFileError
         If the file is not whole, is no network, or is of a format that came later.
     """
-    content = Path(path).read_bytes()
+    content = _content(path)
     try:
-        header, arrays = _decoded(content)
-        return _network(header, arrays)
-    except NetworkFileError as error:
+        return _network(*sealed.unpacked(content, KIND))
+    except (NetworkFileError, sealed.SealedFileError) as error:
         raise NetworkFileError(f"{os.fspath(path)} {error}") from error.__cause__
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise NetworkFileError(f"{os.fspath(path)} holds no network that can be built: {error}") from error
 
 
@@ -112,8 +114,7 @@ def load_shipped(name: str) -> Network:
     ValueError
         If no network of this name comes with the package.
     """
-    if name not in shipped():
-        raise ValueError(f"name is {name!r}; these networks come with the package: {list(shipped())}")
+    checks.choice(name, "name", shipped())
     return load(store.data_path("networks", f"{name}.npz"))
 
 
@@ -123,16 +124,16 @@ def load_shipped(name: str) -> Network:
 def _network(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Network:
     if header.get("format") != FORMAT:
         raise NetworkFileError(f"is no network file: its header says {header.get('format')!r}")
-    if header["version"] != VERSION:
+    if header.get("version") != VERSION:
         raise NetworkFileError(
-            f"has version {header['version']} of the format; this release reads version {VERSION}"
+            f"has version {header.get('version')!r} of the format; this release reads version {VERSION}"
         )
-    own = dict(arrays)
-    view = View(header["joints"], header["inputs"], own.pop("carriers"))
-    build = _KINDS[header["kind"]]
-    network = build(view, own, **header["options"])
-    if not isinstance(header["card"], dict):
-        raise ValueError(f"its card is a {type(header['card']).__name__}")
+    weights = dict(arrays)
+    if strange := [name for name, array in weights.items() if array.dtype != np.float64]:
+        raise ValueError(f"its array {strange[0]} is of {weights[strange[0]].dtype}; float64 is needed")
+    view = View(header["joints"], header["inputs"], weights.pop("carriers"))
+    kind = checks.choice(header["kind"], "kind", _KINDS)
+    network = _KINDS[kind](view, weights, **header["options"])
     network.card = header["card"]
     return network
 
@@ -144,14 +145,14 @@ def _feed_forward(view: View, arrays: Mapping[str, np.ndarray], readout: Any) ->
 _KINDS: Mapping[str, Callable[..., Network]] = {"feed-forward": _feed_forward, "radial-basis": RadialBasis}
 
 
-def _header(network: Network, card: Mapping[str, Any]) -> dict[str, Any]:
+def _header(network: Network, card: Card) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "version": VERSION,
         **_kind(network),
         "joints": network.joints,
         "inputs": list(network.inputs),
-        "card": card,
+        "card": card.to_dict(),
     }
 
 
@@ -160,41 +161,26 @@ def _kind(network: Network) -> dict[str, Any]:
         return {"kind": "feed-forward", "options": {"readout": network.readout}}
     if isinstance(network, RadialBasis):
         return {"kind": "radial-basis", "options": {}}
-    if isinstance(network, RadialBasis):
-        return {"kind": "radial-basis", "options": {}}
     raise TypeError(f"network is a {type(network).__name__}; FeedForward and RadialBasis can be saved")
 
 
 # ---- bytes -----------------------------------------------------------------------------------------
 
 
-def _encoded(network: Network, card: Mapping[str, Any]) -> bytes:
-    header = json.dumps(_header(network, card), ensure_ascii=False, allow_nan=False, sort_keys=True)
-    arrays = {"header": np.frombuffer(header.encode(), dtype=np.uint8)}
+def _encoded(network: Network, card: Card) -> bytes:
     state: Mapping[str, Tensor] = network.state_dict()
-    for name in sorted(state):
-        arrays[name.removeprefix("view.")] = state[name].cpu().numpy()
-    archive = io.BytesIO()
-    np.savez(archive, allow_pickle=False, **arrays)
-    # The archive ends with the length of its comment, which is empty so far.
-    content = archive.getvalue()[:-2] + struct.pack("<H", len(COMMENT) + 2 * hashlib.sha256().digest_size)
-    return content + _checksum(content)
+    arrays = {name.removeprefix("view."): state[name].cpu().numpy() for name in sorted(state)}
+    return sealed.packed(KIND, _header(network, card), arrays)
 
 
-def _checksum(content: bytes) -> bytes:
-    return COMMENT + hashlib.sha256(content).hexdigest().encode()
-
-
-def _decoded(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Header and arrays of a file's bytes, once the checksum has shown that they are whole."""
-    body, end = content[: -len(_checksum(b""))], content[-len(_checksum(b"")) :]
-    if not end.startswith(COMMENT):
-        raise NetworkFileError("is no network file, or its end is missing: it does not end in a checksum")
-    if end != _checksum(body):
-        raise NetworkFileError("is corrupted: its content does not have the checksum that it ends in")
+def _content(path: str | os.PathLike[str]) -> bytes:
+    """Bytes of a plain file that is no larger than any network is."""
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        return json.loads(arrays.pop("header").tobytes()), arrays
-    except (zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:
-        raise NetworkFileError(f"cannot be read as an archive of arrays: {error}") from error
+        status = Path(path).stat()
+    except ValueError as error:
+        raise NetworkFileError(f"{os.fspath(path)!r} names no file: {error}") from error
+    if not stat.S_ISREG(status.st_mode):
+        raise NetworkFileError(f"{os.fspath(path)} is no plain file")
+    if status.st_size > LARGEST:
+        raise NetworkFileError(f"{os.fspath(path)} has {status.st_size} bytes; {LARGEST} are the most")
+    return Path(path).read_bytes()

@@ -92,29 +92,32 @@ def folded(network: Network) -> Folded:
     TypeError
         If the network is of an unknown kind.
     ValueError
-        If it answers with several values.
+        If it answers with several values, or its weights are not finite with the scaling worked in.
     """
-    if isinstance(network, FeedForward):
-        return _sigmoids(network)
-    if isinstance(network, RadialBasis):
-        return _bells(network)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if isinstance(network, FeedForward):
+            return _require_finite(_sigmoids(network))
+        if isinstance(network, RadialBasis):
+            return _require_finite(_bells(network))
     raise TypeError(f"network is a {type(network).__name__}; FeedForward and RadialBasis can be exported")
 
 
-def screws(view: View) -> list[tuple[Array, Array]]:
-    """Pairs (v, ω) of the carriers, ω a unit vector or zero.
+def _require_finite(weights: Sigmoids | Bells) -> Sigmoids | Bells:
+    """Refuse weights whose sums can overflow: code with an infinity in it answers with NaN."""
+    for name, numbers in vars(weights).items():
+        # The factors that exports work in are below 3, and all weights of a row may add up.
+        if not isinstance(numbers, str) and not np.abs(numbers).sum() < LARGEST:
+            raise ValueError(f"network is not finite with its scaling worked in: its {name} overflow")
+    return weights
 
-    Raises
-    ------
-    ValueError
-        If a carrier turns, and not by one radian per unit of its joint.
-    """
+
+LARGEST = 1e300
+"""Sum of weights from which on the answer may overflow."""
+
+
+def screws(view: View) -> list[tuple[Array, Array]]:
+    """Pairs (v, ω) of the carriers, ω a unit vector or zero."""
     rows = view.carriers.cpu().numpy()
-    for i, length in enumerate(np.linalg.norm(rows[:, 3:], axis=1)):
-        if not (length == 0 or abs(length - 1) < 1e-12):
-            raise ValueError(
-                f"carrier {i} turns by {length} rad per unit of its joint; 0 or 1 can be exported"
-            )
     return [(row[:3], row[3:]) for row in rows]
 
 
@@ -124,11 +127,6 @@ def origin_program(view: View) -> Program:
     Returns
     -------
     A program from the joints of the carriers to three numbers [m].
-
-    Raises
-    ------
-    ValueError
-        If a carrier turns, and not by one radian per unit of its joint.
     """
     joints = [Symbol(f"q{i}", real=True) for i in range(len(view.carriers))]
     record, origin = Recorder(), [sympy.S.Zero] * 3

@@ -28,7 +28,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.networks.network import View
 from dexterity.networks.problem import DesignProblem, Sweep
 from dexterity.networks.radial_basis import RadialBasis, bells
@@ -36,6 +36,10 @@ from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
 
 __all__ = ["Growth", "RadialBasisOptions", "Stop", "fit", "grow"]
+
+
+MOST_SPREADS = 10_000
+"""So many spreads can be tried at most."""
 
 
 @dataclass(frozen=True)
@@ -80,32 +84,41 @@ class RadialBasisOptions:
     sweep: Sweep = "first"
 
     def __post_init__(self) -> None:
-        for name in ("testing_error", "training_goal"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; 0 or a positive number is needed")
+        factors = self.input_scale if isinstance(self.input_scale, tuple) else (self.input_scale,)
+        scale = tuple(checks.positive(factor, "input_scale") for factor in factors)
+        object.__setattr__(self, "input_scale", scale if isinstance(self.input_scale, tuple) else scale[0])
+        checks.fields(
+            self,
+            testing_error=checks.Real(least=0),
+            training_goal=checks.Real(least=0),
+            error_threshold=checks.Real(infinite=True),
+            **dict.fromkeys(("first_spread", "spread_step", "spread_limit"), checks.Real(above=0)),
+            neuron_limit=checks.Whole(1),
+            sweep=checks.Choice(get_args(Sweep)),
+        )
         if not self.training_goal <= self.error_threshold:
             raise ValueError(
                 f"error_threshold is {self.error_threshold}; at least the training goal, "
                 f"{self.training_goal}, is needed, or testing would never begin"
             )
-        factors = self.input_scale if isinstance(self.input_scale, tuple) else (self.input_scale,)
-        positive = {name: getattr(self, name) for name in ("first_spread", "spread_step", "spread_limit")}
-        for name, number in [*positive.items(), *(("input_scale", factor) for factor in factors)]:
-            if not 0 < number < math.inf:
-                raise ValueError(f"{name} is {number}; a positive number is needed")
         if self.first_spread > self.spread_limit:
             raise ValueError(f"first_spread is {self.first_spread}; the limit is {self.spread_limit}")
-        if self.neuron_limit < 1:
-            raise ValueError(f"neuron_limit is {self.neuron_limit}; at least 1 is needed")
-        if self.sweep not in get_args(Sweep):
-            raise ValueError(f"sweep is {self.sweep!r}; {get_args(Sweep)} are known")
+        if not self._steps < MOST_SPREADS:
+            raise ValueError(
+                f"spread_step is {self.spread_step}; that makes {self._steps:.3g} spreads up to "
+                f"{self.spread_limit}, and {MOST_SPREADS} are the most"
+            )
+
+    @property
+    def _steps(self) -> float:
+        return (self.spread_limit - self.first_spread) / self.spread_step
 
     @property
     def spreads(self) -> tuple[float, ...]:
         """Spreads from the first to the limit."""
-        steps = (self.spread_limit - self.first_spread) / self.spread_step
         # A limit that rounding has put just below the last step belongs to the spreads.
-        return tuple(self.first_spread + i * self.spread_step for i in range(math.floor(steps + 1e-9) + 1))
+        count = math.floor(self._steps + 1e-9) + 1
+        return tuple(self.first_spread + i * self.spread_step for i in range(count))
 
     def scale(self, view: View) -> Float64[Tensor, " r"]:
         """Return the factor of each input of a view.
@@ -207,7 +220,7 @@ def grow(problem: DesignProblem, spread: float, options: RadialBasisOptions = Ra
     Sotiropoulos & Aspragathos (2016), section 3.4 and Fig. 6b. Chen, Cowan & Grant (1991) for growth by
     orthogonal least squares.
     """
-    _require_positive(spread, "spread")
+    spread = checks.positive(spread, "spread")
     return _Growing(problem, spread, options).finish()
 
 
@@ -236,7 +249,7 @@ def fit(
         If shapes do not fit, the spread is not positive, or the centres do not determine the weights: two
         coincide, or there are more than rows, or the spread is so large that bells depend on each other.
     """
-    _require_positive(spread, "spread")
+    spread = checks.positive(spread, "spread")
     scale = spatial.to_float64(input_scale, "input_scale")
     centres = spatial.to_float64(centres, "centres")
     arrays: dict[str, TensorLike] = {
@@ -397,8 +410,3 @@ def orthogonalised(columns: Tensor, values: Tensor) -> tuple[Tensor, Tensor]:
 
 def solve(triangle: Tensor, projections: Tensor) -> Tensor:
     return torch.linalg.solve_triangular(triangle, projections[:, None], upper=True)[:, 0]
-
-
-def _require_positive(value: float, name: str) -> None:
-    if not 0 < value < math.inf:
-        raise ValueError(f"{name} is {value}; a positive number is needed")

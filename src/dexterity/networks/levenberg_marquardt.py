@@ -25,9 +25,10 @@ from typing import Literal, TypeAlias, get_args, overload
 import torch
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.normal_equations import Layout, TrainingSet, normal_equations, sum_of_squares
+from dexterity.networks.threads import one_thread
 from dexterity.spatial import TensorLike
 
 __all__ = ["Damping", "Options", "Stop", "Training", "levenberg_marquardt"]
@@ -76,16 +77,13 @@ class Options:
     largest_damping: float = 1e10
 
     def __post_init__(self) -> None:
-        if self.damping not in get_args(Damping):
-            raise ValueError(f"damping is {self.damping!r}; {get_args(Damping)} are known")
-        if self.epochs < 1:
-            raise ValueError(f"epochs is {self.epochs}; at least 1 is needed")
-        for name in ("goal", "smallest_gradient", "smallest_step"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; 0 or a positive number is needed")
-        for name in ("initial_damping", "largest_damping"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; a positive number is needed")
+        checks.fields(
+            self,
+            damping=checks.Choice(get_args(Damping)),
+            epochs=checks.Whole(1),
+            **dict.fromkeys(("goal", "smallest_gradient", "smallest_step"), checks.Real(least=0)),
+            **dict.fromkeys(("initial_damping", "largest_damping"), checks.Real(above=0)),
+        )
 
 
 class Stop(Enum):
@@ -178,14 +176,15 @@ def levenberg_marquardt(
     networks = [network] if isinstance(network, FeedForward) else list(network)
     if not networks:
         raise ValueError("network is an empty sequence; at least one network is needed")
-    trainings = _train(networks, *_rows(networks, x, y), options)
+    with one_thread():
+        trainings = _train(networks, *_rows(networks, x, y), options)
     return trainings[0] if isinstance(network, FeedForward) else trainings
 
 
 def _rows(networks: list[FeedForward], x: TensorLike, y: TensorLike) -> tuple[Tensor, Tensor]:
     """Return joint values (B or 1, N, n) and values (B or 1, N, k)."""
     first = networks[0]
-    q, values = spatial.to_float64(x, "x"), spatial.to_float64(y, "y")
+    q, values = spatial.to_float64(x, "x").detach(), spatial.to_float64(y, "y").detach()
     if first.values == 1:
         values = values[..., None]
     if q.ndim == 2:

@@ -25,7 +25,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
+from dexterity.networks.card import Card
 from dexterity.spatial import TensorLike
 
 __all__ = ["Network", "View"]
@@ -56,12 +57,13 @@ class View(torch.nn.Module):
 
     def __init__(self, joints: int, inputs: Sequence[int], carriers: TensorLike = ()) -> None:
         super().__init__()
-        inputs = tuple(inputs)
+        joints = checks.whole(joints, "joints", least=1)
+        inputs = tuple(checks.whole(joint, f"inputs[{i}]") for i, joint in enumerate(inputs))
         if not inputs or list(inputs) != sorted(set(inputs)) or inputs[0] < 0 or inputs[-1] >= joints:
             raise ValueError(
                 f"inputs is {inputs}; different joints from 0 to {joints - 1} in rising order are needed"
             )
-        screws = spatial.to_float64(carriers, "carriers").reshape(-1, 6)
+        screws = _screws(carriers)
         if len(screws) > joints:
             raise ValueError(f"carriers has {len(screws)} screws; the chain has {joints} joints")
         self.joints = joints
@@ -101,17 +103,40 @@ class Network(torch.nn.Module, ABC):
     ----------
     view
         What it sees of a configuration.
-    card
-        What is known of the network, as a file keeps it; empty unless it came from one.
     """
 
     view: View
-    card: Mapping[str, Any]
 
     def __init__(self, view: View) -> None:
         super().__init__()
-        self.view = view
-        self.card = {}
+        self.view = checks.instance(view, "view", View)
+        self._card = Card()
+
+    @property
+    def card(self) -> Card:
+        """What is known of the network, as a file keeps it; empty unless it came from one."""
+        return self._card
+
+    @card.setter
+    def card(self, entries: Mapping[str, Any]) -> None:
+        self._card = Card(entries)
+
+    def __repr__(self) -> str:
+        name = f" {self.card['name']!r}" if isinstance(self.card.get("name"), str) else ""
+        origin = "the world's origin and " if len(self.view.carriers) else ""
+        numbers = ", ".join(str(joint + 1) for joint in self.inputs)
+        text = (
+            f"{type(self).__name__}{name} of {self.neurons} neurons, {self._detail()}, sees {origin}joints "
+        )
+        text += f"{numbers} of {self.joints}"
+        worst = self.card.get("worst_case")
+        if isinstance(worst, Mapping) and isinstance(worst.get("error"), float):
+            text += f", worst error found {worst['error']:.2g}"
+        return f"<{text}>"
+
+    def _detail(self) -> str:
+        """Tell networks of a kind apart in a few words."""
+        return f"{sum(parameter.numel() for parameter in self.parameters())} weights"
 
     @property
     def joints(self) -> int:
@@ -148,6 +173,25 @@ class Network(torch.nn.Module, ABC):
         return self.answer(self.view(q))
 
 
+def _screws(carriers: TensorLike) -> Tensor:
+    """Return screws (c, 6): each turns by one radian per unit of its joint, or slides."""
+    screws = spatial.to_float64(carriers, "carriers")
+    if screws.numel() == 0:
+        return screws.new_zeros(0, 6)
+    if screws.ndim != 2 or screws.shape[1] != 6:
+        raise ValueError(f"carriers has shape {tuple(screws.shape)}; screws (c, 6) are needed")
+    for i, length in enumerate(torch.linalg.vector_norm(screws[:, 3:], dim=1).tolist()):
+        if not (length == 0 or abs(length - 1) < UNIT_TOLERANCE) or not screws[i].any():
+            raise ValueError(
+                f"carriers[{i}] turns by {length:.12g} rad per unit of its joint; it must turn by 1, or slide"
+            )
+    return screws
+
+
+UNIT_TOLERANCE = 1e-9
+"""By how much the axis of a screw that turns may miss the length 1."""
+
+
 def checked(arrays: Mapping[str, TensorLike], shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Tensor]:
     """Return finite float64 copies of arrays that must have these names and shapes.
 
@@ -156,8 +200,8 @@ def checked(arrays: Mapping[str, TensorLike], shapes: Mapping[str, tuple[int, ..
     ValueError
         If one is missing, unknown, not finite or of another shape.
     """
-    if arrays.keys() != shapes.keys():
-        raise ValueError(f"there are arrays {sorted(arrays)}; {sorted(shapes)} are needed")
+    if not isinstance(arrays, Mapping) or arrays.keys() != shapes.keys():
+        raise ValueError(f"there are arrays {sorted(map(str, arrays))}; {sorted(shapes)} are needed")
     tensors = {name: spatial.to_float64(arrays[name], name).detach().clone() for name in shapes}
     for name, shape in shapes.items():
         if tensors[name].shape != shape:

@@ -69,7 +69,7 @@ def onnx_model(network: Network) -> onnx.ModelProto:
         ir_version=IR_VERSION,
         producer_name="dexterity",
     )
-    onnx.helper.set_model_props(model, {"card": json.dumps(network.card, ensure_ascii=False)})
+    onnx.helper.set_model_props(model, {"card": json.dumps(network.card.to_dict(), ensure_ascii=False)})
     onnx.checker.check_model(model, full_check=True)
     return model
 

@@ -15,11 +15,11 @@ True
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import torch
 
+from dexterity import checks
 from dexterity.networks.growth import design_columns, orthogonalised, solve
 from dexterity.networks.problem import DesignProblem
 from dexterity.networks.radial_basis import RadialBasis
@@ -84,8 +84,7 @@ def prune(problem: DesignProblem, network: RadialBasis, testing_error: float = 0
     Sotiropoulos & Aspragathos (2016), sections 4.5 and 5, propose to prune and leave open how; see the
     assumption ``pruning-method``. Hassibi & Stork (1993) for the growth of the error.
     """
-    if not 0 < testing_error < math.inf:
-        raise ValueError(f"testing_error is {testing_error}; a positive number is needed")
+    testing_error = checks.positive(testing_error, "testing_error")
     return _Pruning(problem, network).finish(testing_error)
 
 

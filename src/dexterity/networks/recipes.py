@@ -25,9 +25,9 @@ from dataclasses import dataclass
 
 import torch
 
-from dexterity import sampling
+from dexterity import checks, sampling
 from dexterity.networks import train
-from dexterity.networks.feed_forward import FeedForward, Readout
+from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
 from dexterity.networks.network import View
 from dexterity.networks.threads import one_thread
@@ -73,12 +73,14 @@ class Recipe:
     round_epochs: int = 30
 
     def __post_init__(self) -> None:
-        for name in ("neurons", "rows", "epochs", "worst_points", "round_epochs"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
-        for name in ("rounds", "overhang"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; 0 or a positive number is needed")
+        whole = ("neurons", "rows", "epochs", "worst_points", "round_epochs")
+        checks.fields(
+            self,
+            readout=checks.Choice(tuple(READOUTS)),
+            **dict.fromkeys(whole, checks.Whole(1)),
+            rounds=checks.Whole(0),
+            overhang=checks.Real(least=0),
+        )
 
 
 def prepare(

@@ -1,8 +1,8 @@
 r"""How much of a network's answer is rounding: huge weights that cancel leave nothing else.
 
-Rounding errors of double precision are some :math:`10^{-16}` of what is added up, so that sums a million times
-larger than their result lose six digits. Two looks are taken: sums of absolute values are compared with the
-answers, and the network is evaluated in single precision too.
+Rounding errors of double precision are some :math:`10^{-16}` of what is added up, so that a result that is a
+million times smaller than its summands loses six digits. Two looks are taken: sums of absolute values are
+compared with the answers, and the network is evaluated in single precision too.
 
 Examples
 --------

@@ -49,13 +49,14 @@ def from_card(entry: Mapping[str, Any]) -> Box | TaskSector:
         raise ValueError(f"space is of the kind {kind!r}; {sorted(_KINDS)} are known")
     try:
         return _KINDS[kind](**fields)
-    except (TypeError, AttributeError) as error:
+    except (TypeError, AttributeError, KeyError) as error:
         raise ValueError(f"space does not describe a {kind}: {error}") from error
 
 
 def _sector(rest: Mapping[str, Any], **fields: Any) -> TaskSector:
-    points = {name: tuple(fields.pop(name)) for name in ("task_point", "base_offset")}
-    return TaskSector(**points, **fields, rest=Box(**rest))
+    for name in ("task_point", "base_offset"):
+        fields[name] = tuple(fields[name])
+    return TaskSector(**fields, rest=Box(**rest))
 
 
 _KINDS: Mapping[str, Callable[..., Box | TaskSector]] = {"Box": Box, "TaskSector": _sector}

@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import torch
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.networks.feed_forward import FeedForward, Readout
 from dexterity.networks.levenberg_marquardt import Options, Training, levenberg_marquardt
 from dexterity.networks.network import View
@@ -95,7 +95,8 @@ def initial_networks(
         If there are no seeds, or not one training set for each seed; or see
         :meth:`dexterity.networks.feed_forward.FeedForward.untrained`.
     """
-    if not len(seeds):
+    seeds = [checks.whole(seed, f"seeds[{i}]", least=0) for i, seed in enumerate(seeds)]
+    if not seeds:
         raise ValueError("seeds is empty; at least one is needed")
     q, values = spatial.to_float64(q, "q"), spatial.to_float64(values, "values")
     if q.ndim == 2:
