@@ -23,7 +23,7 @@ from dexterity import spatial
 from dexterity.chain import Chain
 from dexterity.spatial.tolerances import ROUNDING
 
-__all__ = ["arm_size", "pose_miss", "polished"]
+__all__ = ["arm_size", "polished", "pose_miss"]
 
 _DIGITS = 1e-12  # a miss below this needs no step
 _STEPS, _REACH = 6, 1e-2  # for descriptions that are right to six digits: steps, and from which miss

@@ -15,7 +15,6 @@ True
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -158,6 +157,7 @@ class Turning:
     c: Tensor
 
     def at(self, angle: Tensor) -> Tensor:
+        """Return its values at angles."""
         return self.a * angle.cos() + self.b * angle.sin() + self.c
 
     def spread(self) -> Turning:
@@ -174,6 +174,7 @@ class Line:
 
     @classmethod
     def of(cls, screw: TensorLike, name: str) -> Line:
+        """Return the axis of a revolute screw (6), taken if it is right to six digits."""
         screw = spatial.to_float64(screw, name)
         if screw.shape != (6,):
             raise ValueError(f"{name} has shape {tuple(screw.shape)}; (6,) is needed")
@@ -196,10 +197,12 @@ class Line:
         return foot, arm, torch.linalg.cross(self.direction.expand_as(arm), arm)
 
     def turned(self, p: Tensor, angle: Tensor) -> Tensor:
+        """Return points (..., 3) turned about the axis."""
         foot, arm, side = self.parts(p)
         return foot + angle.cos()[..., None] * arm + angle.sin()[..., None] * side
 
     def angle(self, p: Tensor, q: Tensor) -> Tensor:
+        """Return angles that turn points p onto q, or as near as they get."""
         _, arm, side = self.parts(p)
         _, other, _ = self.parts(q)
         cosine, sine = (arm * other).sum(-1), (side * other).sum(-1)
@@ -220,6 +223,7 @@ class Line:
         return Turning(2 * (away * arm).sum(-1), 2 * (away * side).sum(-1), constant)
 
     def parallel_to(self, other: Line) -> bool:
+        """Whether another axis is parallel to this one, to six digits."""
         return self.parallel_miss(other) < SIX_DIGITS
 
     def parallel_miss(self, other: Line) -> float:

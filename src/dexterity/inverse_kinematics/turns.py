@@ -34,9 +34,7 @@ __all__ = ["copies_within_limits", "nearest_copy", "within_limits"]
 _MOST_COPIES = 1_000_000
 
 
-def within_limits(
-    chain: Chain, q: TensorLike, limit_tolerance: float = LIMIT
-) -> Bool[Tensor, "*batch"]:
+def within_limits(chain: Chain, q: TensorLike, limit_tolerance: float = LIMIT) -> Bool[Tensor, "*batch"]:
     """Whether all joints are within their limits, ends included.
 
     Parameters
@@ -71,8 +69,8 @@ def nearest_copy(
         (..., n) joint values, [rad] or [m].
     near
         (..., n) joint values to come near to, such as where the robot is. Without them, the values go to the
-        middle of the limits, above a lower and below an upper limit that stands alone, and to zero where there
-        is none.
+        middle of the limits, above a lower and below an upper limit that stands alone, and to zero where
+        there is none.
     limit_tolerance
         By how much [rad] or [m] a limit may be exceeded.
 
@@ -90,10 +88,7 @@ def nearest_copy(
     """
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
     lower, upper = _widened(chain, q.device, limit_tolerance)
-    if near is None:
-        target = _middle(chain).to(q.device)
-    else:
-        target = _seed(chain, near, q)
+    target = _middle(chain).to(q.device) if near is None else _seed(chain, near, q)
     turns = torch.round((target - q) / math.tau)
     if near is not None:
         first, last = torch.ceil((lower - q) / math.tau), torch.floor((upper - q) / math.tau)

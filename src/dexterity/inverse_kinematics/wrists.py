@@ -123,7 +123,7 @@ def geometry_of(arm: Chain, device: torch.device) -> Geometry:
 
 @functools.lru_cache(maxsize=8)
 def reversed_arm(arm: Chain) -> Chain:
-    """The same arm from its tool to its base: its tool is at T⁻¹ at the joint values in reverse order."""
+    """Return the arm from its tool to its base: it is at T⁻¹ at the joint values in reverse order."""
     with torch.inference_mode(False):
         to_tool = spatial.inverse_adjoint(arm.home)
         return Chain(-(arm.screws @ to_tool.mT).flip(0), spatial.inverse(arm.home), name=arm.name)
@@ -226,9 +226,7 @@ def _in_turn(simple: Turning, value: Tensor, other: Turning, wanted: Turning) ->
     return first[..., None].expand_as(second).flatten(-2), second.flatten(-2)
 
 
-def _together(
-    height: tuple[Turning, Turning], distance: tuple[Turning, Turning]
-) -> tuple[Tensor, Tensor]:
+def _together(height: tuple[Turning, Turning], distance: tuple[Turning, Turning]) -> tuple[Tensor, Tensor]:
     """Solve both equations at once where neither has one angle alone: four pairs (..., 4) of angles.
 
     They are linear in the cosine and sine of the first angle, whose squares add up to one. That leaves a

@@ -6,20 +6,13 @@ import math
 import numpy as np
 import pytest
 import torch
-from hypothesis import given
 from hypothesis import strategies as st
 from torch.testing import assert_close
 
 import dexterity as dx
 from dexterity import spatial
 from dexterity.inverse_kinematics import (
-    copies_within_limits,
-    nearest_copy,
     spherical_wrist,
-    subproblem_1,
-    subproblem_2,
-    subproblem_3,
-    subproblem_4,
 )
 
 POSES = 20_000
@@ -91,91 +84,6 @@ def apart(a: torch.Tensor, b: torch.Tensor) -> torch.Tensor:
 
 def missed(arm, q, T) -> torch.Tensor:
     return (arm.forward(q) - T).abs().amax((-2, -1))
-
-
-# ---- subproblems -----------------------------------------------------------------------------------
-
-AXIS = screw([0.3, -0.2, 0.5], [1.0, 2.0, -0.5])
-MEETING = screw([0.3, -0.2, 0.5], [-0.3, 0.4, 1.0])
-
-
-@given(points, angles)
-def test_a_point_is_turned_onto_another(p, angle):
-    q = turned(AXIS, angle, p)
-    assert_close(turned(AXIS, subproblem_1(AXIS, p, q), p), q, rtol=0, atol=1e-12)
-
-
-def test_a_point_on_the_axis_is_turned_by_nothing():
-    on_axis = AXIS[3:] * 0.7 + torch.linalg.cross(AXIS[3:], AXIS[:3])
-    assert subproblem_1(AXIS, on_axis, [1.0, 2.0, 3.0]).item() == 0.0
-    assert subproblem_1(AXIS, [1.0, 2.0, 3.0], on_axis).item() == 0.0
-
-
-@given(points, angles, angles)
-def test_a_point_is_turned_onto_another_about_two_axes(p, alpha, beta):
-    q = turned(AXIS, alpha, turned(MEETING, beta, p))
-    for first, second in subproblem_2(AXIS, MEETING, p, q):
-        # Where the circles touch, rounding of the last digit moves the angle by its root.
-        assert_close(turned(AXIS, first, turned(MEETING, second, p)), q, rtol=0, atol=1e-7)
-
-
-def test_both_solutions_of_two_axes_are_found():
-    p = torch.tensor([1.0, 0.4, -0.3])
-    q = turned(AXIS, 0.7, turned(MEETING, -1.1, p))
-    found = subproblem_2(AXIS, MEETING, p, q)
-    assert torch.hypot(found[:, 0] - 0.7, found[:, 1] + 1.1).min() < 1e-12
-    assert (found[0] - found[1]).abs().max() > 0.1
-
-
-@pytest.mark.parametrize("second", [AXIS, -AXIS, screw([0.0, 0.0, 2.0], [-0.3, 0.4, 1.0])])
-def test_two_axes_must_meet(second):
-    with pytest.raises(ValueError, match="do not meet, or are parallel"):
-        subproblem_2(AXIS, second, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-
-
-@given(points, points, angles)
-def test_a_point_is_brought_to_a_distance(p, q, angle):
-    p, q = torch.tensor(p, dtype=torch.float64), torch.tensor(q, dtype=torch.float64)
-    distance = (turned(AXIS, angle, p) - q).norm()
-    for found in subproblem_3(AXIS, p, q, distance):
-        assert_close((turned(AXIS, found, p) - q).square().sum(), distance.square(), rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize(("distance", "nearest"), [(0.0, 0.4), (5.0, 1.6)])
-def test_a_distance_out_of_reach_is_missed_by_the_least(distance, nearest):
-    z = screw([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
-    found = subproblem_3(z, [0.6, 0.0, 0.0], [0.0, 1.0, 0.0], distance)
-    assert_close(found[0], found[1])
-    away = (turned(z, found[0], [0.6, 0.0, 0.0]) - torch.tensor([0.0, 1.0, 0.0])).norm()
-    assert away.item() == pytest.approx(nearest, abs=1e-12)
-
-
-def test_a_distance_is_not_negative():
-    with pytest.raises(ValueError, match="distance is -1"):
-        subproblem_3(AXIS, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], -1.0)
-
-
-@given(points, points, angles)
-def test_a_point_is_brought_onto_a_plane(p, normal, angle):
-    normal = torch.tensor(normal, dtype=torch.float64)
-    offset = turned(AXIS, angle, p) @ normal
-    for found in subproblem_4(AXIS, p, normal, offset):
-        assert_close(turned(AXIS, found, p) @ normal, offset, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "axis", [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0, 0, 0, 0, 0, 2.0], [0, 0, 1.0, 0, 0, 1.0]]
-)
-def test_an_axis_is_a_revolute_screw(axis):
-    with pytest.raises(ValueError, match=r"axis is .* a revolute screw"):
-        subproblem_1(axis, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
-
-
-def test_points_have_three_coordinates():
-    with pytest.raises(ValueError, match=r"p has shape \(2,\)"):
-        subproblem_1(AXIS, [1.0, 0.0], [0.0, 1.0, 0.0])
-    with pytest.raises(ValueError, match=r"axis has shape \(3,\)"):
-        subproblem_1(AXIS[:3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
 
 
 # ---- arms ------------------------------------------------------------------------------------------
@@ -318,49 +226,3 @@ def test_a_pose_must_be_rigid():
         spherical_wrist(ARMS["stated"], 2 * torch.eye(4, dtype=torch.float64))
     with pytest.raises(ValueError, match="T_base_tool is not finite"):
         spherical_wrist(ARMS["stated"], torch.full((4, 4), math.nan))
-
-
-# ---- full turns ------------------------------------------------------------------------------------
-
-
-def test_copies_within_limits_are_all_there_are():
-    arm = dx.robots.docking_arm()
-    q = torch.tensor([0.5, 1.0, -1.0, 2.0, -2.5, 0.1], dtype=torch.float64)
-    copies = copies_within_limits(arm, q)
-    tau = math.tau
-    expected = [[0.5, 1.0, -1.0, a, b, 0.1] for a in (2.0 - tau, 2.0) for b in (-2.5, -2.5 + tau)]
-    assert_close(copies, torch.tensor(expected, dtype=torch.float64))
-    assert_close(arm.forward(copies), arm.forward(q).expand(4, 4, 4), rtol=0, atol=1e-14)
-
-
-def test_outside_the_limits_there_is_no_copy():
-    arm = dx.robots.docking_arm()
-    assert copies_within_limits(arm, [3.0, 0, 0, 0, 0, 0]).shape == (0, 6)
-    moved, within = nearest_copy(arm, [[3.0, 0, 0, 0, 0, 0], [math.tau + 0.2, 0, 0, 4.0, 0, 0]])
-    assert within.tolist() == [False, True]
-    assert_close(moved[1], torch.tensor([0.2, 0, 0, 4.0 - math.tau, 0, 0], dtype=torch.float64))
-
-
-@given(st.lists(st.floats(-12, 12), min_size=6, max_size=6))
-def test_the_nearest_copy_is_within_if_any_is(q):
-    arm = dx.robots.docking_arm()
-    moved, within = nearest_copy(arm, q)
-    copies = copies_within_limits(arm, q)
-    assert within.item() == bool(len(copies))
-    if len(copies):
-        assert (copies - moved).abs().amax(1).min() < 1e-12
-
-
-def test_limits_on_one_side_and_joints_that_slide():
-    screws = [[0, 0, 0, 0, 0, 1.0], [0, 0, 0, 0, 0, 1.0], [0, 0, 1.0, 0, 0, 0]]
-    chain = dx.Chain(screws, np.eye(4), lower=[10.0, -math.inf, -8.0], upper=[math.inf, -10.0, 8.0])
-    moved, within = nearest_copy(chain, [0.0, 0.0, 7.0])
-    assert_close(moved, torch.tensor([2 * math.tau, -2 * math.tau, 7.0], dtype=torch.float64))
-    assert within
-    with pytest.raises(ValueError, match="no limits at joint 1"):
-        copies_within_limits(chain, [0.0, 0.0, 7.0])
-
-
-def test_one_configuration_at_a_time():
-    with pytest.raises(ValueError, match="one configuration"):
-        copies_within_limits(dx.robots.docking_arm(), torch.zeros(2, 6))
