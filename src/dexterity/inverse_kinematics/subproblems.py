@@ -9,8 +9,8 @@ Examples
 >>> z = [0, 0, 0, 0, 0, 1.0]
 >>> round(float(subproblem_1(z, [1, 0, 0], [0, 2, 0])), 6) == round(math.pi / 2, 6)
 True
->>> [round(math.degrees(x)) for x in subproblem_3(z, [1, 0, 0], [-1, 0, 0], 2.0)]
-[-180, -180]
+>>> [round(abs(x), 6) for x in subproblem_3(z, [1, 0, 0], [0, 1, 0], 2**0.5).tolist()]
+[0.0, 3.141593]
 """
 
 from __future__ import annotations

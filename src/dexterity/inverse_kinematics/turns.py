@@ -128,8 +128,8 @@ def copies_within_limits(
         raise ValueError(f"q has shape {tuple(q.shape)}; one configuration, ({chain.joints},), is needed")
     lower, upper = (limit.tolist() for limit in _widened(chain, q.device, limit_tolerance))
     numbers = [
-        _turns_within(value, kind, *limits, name)
-        for value, kind, *limits, name in zip(
+        _turns_within(value, kind, low, high, name)
+        for value, kind, low, high, name in zip(
             q.tolist(), chain.kinds, lower, upper, chain.joint_names, strict=True
         )
     ]
