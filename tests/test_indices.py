@@ -394,7 +394,7 @@ def test_rates_of_an_index_are_kept_as_a_tuple(rates):
     ("arguments", "message"),
     [
         ({"name": "manipulabilty"}, "name is 'manipulabilty'; .*Nearest: manipulability"),
-        ({"name": "KCI"}, "name is 'KCI'; .*kinematic_conditioning"),
+        ({"name": "condition"}, "name is 'condition'; .*kinematic_conditioning"),
         ({"name": "manipulability", "frame": "world"}, "frame is 'world'; .*'spatial', 'body', 'geometric'"),
     ],
 )

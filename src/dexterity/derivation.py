@@ -370,6 +370,9 @@ def derive(chain: Chain | SymbolicChain, index: Index) -> Derivation:
         If the rates do not fit the chain.
     """
     chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    known = index.name in ("manipulability", "kinematic_conditioning") and index.rows == "full"
+    if not known or index.characteristic_length is not None:
+        raise ValueError(f"index is {index!r}; w and KCI of all six rows can be derived so far")
     joint_rates = chain.rates if index.joint_rates is None else index.joint_rates
     tool_rates = (1.0,) * 6 if index.tool_rates is None else index.tool_rates
     normalise(torch.zeros(6, chain.joints), joint_rates, tool_rates)

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import sympy
 from sympy import Expr, Symbol
 
-__all__ = ["Program", "Recorder", "gradient"]
+__all__ = ["Program", "Recorder", "copysign", "gradient", "select"]
 
 
 class copysign(sympy.Function):  # type: ignore[misc]  # noqa: N801  # named as in C's math.h
@@ -43,6 +43,26 @@ class copysign(sympy.Function):  # type: ignore[misc]  # noqa: N801  # named as 
     def fdiff(self, argindex: int = 1) -> Expr:
         """Differentiate; the sign is constant wherever there is a derivative."""
         return copysign(sympy.S.One, self.args[1]) if argindex == 1 else sympy.S.Zero
+
+
+class select(sympy.Function):  # type: ignore[misc]  # noqa: N801  # as copysign
+    """Second argument where the first is positive, else the third; no derivative by the first."""
+
+    nargs = 3
+
+    @classmethod
+    def eval(cls, decides: Expr, positive: Expr, otherwise: Expr) -> Expr | None:
+        """Decide by a number, or between equals."""
+        if positive == otherwise:
+            return positive
+        if decides.is_Number:
+            return positive if decides > 0 else otherwise
+        return None
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """Differentiate; what decides is constant wherever there is a derivative."""
+        one, zero = sympy.S.One, sympy.S.Zero
+        return {1: zero, 2: select(self.args[0], one, zero), 3: select(self.args[0], zero, one)}[argindex]
 
 
 @dataclass(frozen=True)
