@@ -1,0 +1,127 @@
+"""Positions for a reach map: boxes, balls, and all that an arm might get to.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity import reach
+>>> reach.box([0.2, -0.1, 0.0], [0.4, 0.1, 0.0], spacing=0.1).shape
+torch.Size([9, 3])
+>>> centre, radius = reach.bounds(dx.robots.puma560())
+>>> round(radius, 2)
+0.89
+>>> len(reach.ball(centre, radius, spacing=0.2))
+389
+"""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from jaxtyping import Float64
+from torch import Tensor
+
+from dexterity import checks, spatial
+from dexterity.chain import Chain
+from dexterity.spatial import TensorLike
+
+__all__ = ["ball", "bounds", "box"]
+
+_MOST = 10**7
+
+
+def box(lower: TensorLike, upper: TensorLike, spacing: float) -> Float64[Tensor, "p 3"]:
+    """Return positions on a regular grid over a box, its faces included, x slowest and z fastest.
+
+    Parameters
+    ----------
+    lower, upper
+        (3,) corners [m]; where a coordinate is the same in both, the grid is flat.
+    spacing
+        Largest distance between neighbours along a coordinate [m]; an even smaller one where it must divide
+        the side.
+
+    Raises
+    ------
+    ValueError
+        If a corner is no point, a lower coordinate exceeds the upper one, the spacing is not positive, or
+        there are more than ten million positions.
+    """
+    low, high = (_point(corner, name) for corner, name in ((lower, "lower"), (upper, "upper")))
+    if (low > high).any():
+        raise ValueError(f"lower is {low.tolist()} and exceeds upper, {high.tolist()}")
+    steps = [math.ceil(side / checks.positive(spacing, "spacing") - 1e-9) for side in (high - low).tolist()]
+    _require_few(math.prod(count + 1 for count in steps), spacing)
+    axes = [torch.linspace(a, b, n + 1, dtype=torch.float64) for a, b, n in zip(low, high, steps, strict=True)]
+    return torch.cartesian_prod(*axes)
+
+
+def ball(centre: TensorLike, radius: float, spacing: float) -> Float64[Tensor, "p 3"]:
+    """Return positions on a cubic grid through the centre of a ball, as far as its surface.
+
+    Parameters
+    ----------
+    centre
+        (3,) centre [m].
+    radius
+        Radius [m].
+    spacing
+        Distance between neighbours along a coordinate [m].
+
+    Raises
+    ------
+    ValueError
+        If the centre is no point, a length is not positive, or there are more than ten million positions.
+    """
+    middle = _point(centre, "centre")
+    count = math.floor(checks.positive(radius, "radius") / checks.positive(spacing, "spacing") + 1e-9)
+    _require_few((2 * count + 1) ** 3, spacing)
+    side = spacing * torch.arange(-count, count + 1, dtype=torch.float64)
+    offsets = torch.cartesian_prod(side, side, side)
+    return middle + offsets[offsets.norm(dim=-1) <= radius * (1 + 1e-9)]
+
+
+def bounds(chain: Chain) -> tuple[Float64[Tensor, " 3"], float]:
+    """Return centre and radius of a ball that the tool point cannot leave, whatever the joint values are.
+
+    The centre is on the first revolute axis where that is in front of all prismatic joints, and the radius is
+    the length of the links behind it, drawn out straight.
+
+    Parameters
+    ----------
+    chain
+        A chain whose prismatic joints have limits.
+
+    Returns
+    -------
+    The centre (3,) in the chain's world frame [m], and the radius [m].
+
+    Raises
+    ------
+    ValueError
+        If a prismatic joint has no limits, so that no ball holds the tool point.
+    """
+    links, radius = chain.link_transforms, 0.0
+    for i, kind in enumerate(chain.kinds):
+        radius += float(links[i + 1][:3, 3].norm())
+        if kind == "prismatic":
+            travel = max(abs(float(chain.lower[i])), abs(float(chain.upper[i])))
+            if math.isinf(travel):
+                raise ValueError(
+                    f"chain moves {chain.joint_names[i]} without limits, and its tool anywhere; give limits to "
+                    "the joint, or positions to the map"
+                )
+            radius += travel
+    return links[0][:3, 3].clone(), radius
+
+
+def _point(value: TensorLike, name: str) -> Tensor:
+    point = spatial.to_float64(value, name)
+    if point.shape != (3,):
+        raise ValueError(f"{name} has shape {tuple(point.shape)}; (3,) is needed")
+    return point.clone()
+
+
+def _require_few(count: int, spacing: float) -> None:
+    if count > _MOST:
+        raise ValueError(f"spacing is {spacing}, which makes {count:.3g} positions; at most {_MOST:.0e} are taken")
