@@ -5,8 +5,9 @@ A step is one of Levenberg and Marquardt's with the damping of Sugihara: with th
 .. math:: \Delta q = J^\top \left(J J^\top + (\tfrac12 e^\top e + \lambda)\, I\right)^{-1} e,
 
 so that far from the pose the step is along the gradient, near it Newton's. Joints that a step would carry
-beyond their limits stay at them, and the others make up for it. Starts that have arrived, and starts that come
-no nearer, leave the batch. Lengths are divided by a quarter of the arm's, so that metres and radians compare.
+beyond their limits stay at them, and the others make up for it. Starts that have arrived, and starts that
+come no nearer, leave the batch. Lengths are divided by a quarter of the arm's, so that metres and radians
+compare.
 
 Examples
 --------
@@ -21,7 +22,8 @@ Examples
 
 References
 ----------
-Sugihara (2011), Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE T-RO 27(5).
+Sugihara (2011), Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE
+Transactions on Robotics 27(5).
 """
 
 from __future__ import annotations
@@ -85,10 +87,10 @@ def descend(
     """
     T = spatial.require_rigid(T_world_tool, "T_world_tool")
     q = spatial.require_joints(spatial.to_float64(start, "start"), chain.joints, "chain")
-    if T.ndim != 3 or q.shape[:-1] != T.shape[:1]:
-        raise ValueError(
-            f"T_world_tool has shape {tuple(T.shape)} and start {tuple(q.shape)}; (k, 4, 4) and (k, n) are needed"
-        )
+    if T.ndim != 3:
+        raise ValueError(f"T_world_tool has shape {tuple(T.shape)}; (k, 4, 4) is needed")
+    if q.shape[:-1] != T.shape[:1]:
+        raise ValueError(f"start has shape {tuple(q.shape)}; ({len(T)}, {chain.joints}) is needed")
     chosen, stay = list(rows), _Limits(chain)
     q, at = stay.within(q), torch.arange(len(q))
     ends, misses = q.clone(), torch.full((len(q),), math.inf, dtype=q.dtype)
@@ -129,9 +131,11 @@ class _Limits:
         self._revolute = torch.tensor([kind == "revolute" for kind in chain.kinds])
         # Rounding of limits in degrees must not make a joint that turns all the way round one that does not.
         self.endless = self._revolute & (self.upper - self.lower >= math.tau - 1e-9)
-        middle = (self.lower + self.upper) / 2
-        self._middle = torch.where(middle.isfinite(), middle, torch.where(self.lower.isinf(), self.upper, self.lower))
-        self._middle = torch.where(self._middle.isfinite(), self._middle, 0.0)
+        # About a limit that stands alone, half a turn inside of it; about 0 where there is none.
+        lower = torch.where(self.lower.isinf(), self.upper - math.tau, self.lower)
+        upper = torch.where(self.upper.isinf(), lower + math.tau, self.upper)
+        middle = (lower + upper) / 2
+        self._middle = torch.where(middle.isfinite(), middle, 0.0)
 
     def within(self, q: Tensor) -> Tensor:
         turned = q - math.tau * torch.round((q - self._middle) / math.tau)
@@ -160,7 +164,7 @@ def _damped_step(J: Tensor, error: Tensor, damping: Tensor) -> Tensor:
 
 
 def _remaining_twist(T: Tensor, wanted: Tensor) -> Tensor:
-    """Translation and rotation vector (k, 6) from poses to wanted ones, along the axes of the tool."""
+    """Return translation and rotation vector (k, 6) from poses to wanted ones, along axes of the tool."""
     R = T[:, :3, :3].mT @ wanted[:, :3, :3]
     shift = (T[:, :3, :3].mT @ (wanted[:, :3, 3] - T[:, :3, 3])[:, :, None])[:, :, 0]
     skew = torch.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], -1)

@@ -52,7 +52,9 @@ def box(lower: TensorLike, upper: TensorLike, spacing: float) -> Float64[Tensor,
         raise ValueError(f"lower is {low.tolist()} and exceeds upper, {high.tolist()}")
     steps = [math.ceil(side / checks.positive(spacing, "spacing") - 1e-9) for side in (high - low).tolist()]
     _require_few(math.prod(count + 1 for count in steps), spacing)
-    axes = [torch.linspace(a, b, n + 1, dtype=torch.float64) for a, b, n in zip(low, high, steps, strict=True)]
+    axes = [
+        torch.linspace(a, b, n + 1, dtype=torch.float64) for a, b, n in zip(low, high, steps, strict=True)
+    ]
     return torch.cartesian_prod(*axes)
 
 
@@ -84,8 +86,8 @@ def ball(centre: TensorLike, radius: float, spacing: float) -> Float64[Tensor, "
 def bounds(chain: Chain) -> tuple[Float64[Tensor, " 3"], float]:
     """Return centre and radius of a ball that the tool point cannot leave, whatever the joint values are.
 
-    The centre is on the first revolute axis where that is in front of all prismatic joints, and the radius is
-    the length of the links behind it, drawn out straight.
+    The centre is on the first joint's axis, and the radius is the length of the links behind it, stretched
+    out straight, with the largest travel of prismatic joints.
 
     Parameters
     ----------
@@ -102,17 +104,27 @@ def bounds(chain: Chain) -> tuple[Float64[Tensor, " 3"], float]:
         If a prismatic joint has no limits, so that no ball holds the tool point.
     """
     links, radius = chain.link_transforms, 0.0
+    centre = links[0].clone()
     for i, kind in enumerate(chain.kinds):
-        radius += float(links[i + 1][:3, 3].norm())
+        link = links[i + 1][:3, 3]
+        if i == 0 and kind == "revolute":
+            # The next joint circles about the first axis, at a height that does not change.
+            along = torch.stack([torch.zeros(()), torch.zeros(()), link[2]])
+            centre, link = centre @ spatial.pose(torch.eye(3), along), link - along
+        radius += float(link.norm())
         if kind == "prismatic":
-            travel = max(abs(float(chain.lower[i])), abs(float(chain.upper[i])))
-            if math.isinf(travel):
-                raise ValueError(
-                    f"chain moves {chain.joint_names[i]} without limits, and its tool anywhere; give limits to "
-                    "the joint, or positions to the map"
-                )
-            radius += travel
-    return links[0][:3, 3].clone(), radius
+            radius += _travel(chain, i)
+    return centre[:3, 3].clone(), radius
+
+
+def _travel(chain: Chain, joint: int) -> float:
+    travel = max(abs(float(chain.lower[joint])), abs(float(chain.upper[joint])))
+    if math.isinf(travel):
+        raise ValueError(
+            f"chain moves {chain.joint_names[joint]} without limits, and its tool anywhere; give limits to "
+            "the joint, or positions to the map"
+        )
+    return travel
 
 
 def _point(value: TensorLike, name: str) -> Tensor:
@@ -124,4 +136,6 @@ def _point(value: TensorLike, name: str) -> Tensor:
 
 def _require_few(count: int, spacing: float) -> None:
     if count > _MOST:
-        raise ValueError(f"spacing is {spacing}, which makes {count:.3g} positions; at most {_MOST:.0e} are taken")
+        raise ValueError(
+            f"spacing is {spacing}, which makes {count:.3g} positions; at most {_MOST:.0e} are taken"
+        )

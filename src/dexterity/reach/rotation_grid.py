@@ -22,8 +22,8 @@ Examples
 
 References
 ----------
-Karney (2007), Quaternions in molecular modeling, J. Mol. Graph. Model. 25(5), section 7. Yershova, Jain, LaValle
-& Mitchell (2010), Generating uniform incremental grids on SO(3) using the Hopf fibration, IJRR 29(7).
+Karney (2007), Quaternions in molecular modeling, J. Mol. Graph. Model. 25(5), section 7. Yershova, Jain,
+LaValle & Mitchell (2010), Generating uniform incremental grids on SO(3) using the Hopf fibration, IJRR 29(7).
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ __all__ = ["covering_radius", "rotations"]
 
 
 class _Lattice(NamedTuple):
-    """A grid: number of rotations, upper bound of its covering radius [°], distance and stretch of the lattice."""
+    """Number of rotations, upper bound of their covering radius [°], distance and stretch of the lattice."""
 
     count: int
     radius: float
@@ -142,7 +142,7 @@ def _grid(count: int) -> Tensor:
 
 
 def _about_a_cube(lattice: _Lattice) -> Rotation:
-    """Rotations (count) that a lattice puts about each rotation of a cube, without those that coincide."""
+    """Return rotations that a lattice puts about each rotation of a cube, without those that coincide."""
     offsets = _lattice_points(lattice.distance, lattice.stretch)
     near = Rotation.from_quat(np.column_stack([offsets, np.ones(len(offsets))]))
     cube = Rotation.create_group("O")
@@ -154,7 +154,7 @@ def _about_a_cube(lattice: _Lattice) -> Rotation:
 
 
 def _lattice_points(distance: float, stretch: float) -> NDArray[np.float64]:
-    """Vector parts (k, 3) of quaternions (1, x, y, z) that are nearer to no rotation of a cube but the identity."""
+    """Return vector parts (k, 3) of quaternions (1, x, y, z) that are nearest to the identity of a cube's."""
     most = math.floor(0.45 / distance) + 1
     numbers = np.array(list(itertools.product(range(-most, most + 1), repeat=3)))
     same_parity = ((numbers - numbers[:, :1]) % 2 == 0).all(axis=1)

@@ -25,7 +25,9 @@ from dexterity.spatial import TensorLike
 __all__ = ["panel", "planar_bases", "pointing", "seam"]
 
 
-def pointing(direction: TensorLike, roll: float = 0.0, up: TensorLike = (0.0, 0.0, 1.0)) -> Float64[Tensor, "3 3"]:
+def pointing(
+    direction: TensorLike, roll: float = 0.0, up: TensorLike = (0.0, 0.0, 1.0)
+) -> Float64[Tensor, "3 3"]:
     """Return a rotation whose z axis points along a direction, as that of a tool does.
 
     Parameters
@@ -56,7 +58,9 @@ def pointing(direction: TensorLike, roll: float = 0.0, up: TensorLike = (0.0, 0.
     return frame @ frame.new_tensor([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
 
 
-def seam(start: TensorLike, end: TensorLike, count: int, tool_rotation: TensorLike) -> Float64[Tensor, "count 4 4"]:
+def seam(
+    start: TensorLike, end: TensorLike, count: int, tool_rotation: TensorLike
+) -> Float64[Tensor, "count 4 4"]:
     """Return tool poses along a straight seam, evenly spaced from its start to its end.
 
     Parameters
@@ -122,7 +126,10 @@ def panel(
     across = torch.linalg.cross(raised, out)
     x, y = (
         _spread(checks.real(size, name, least=0.0), checks.whole(count, counted, least=1))
-        for size, name, count, counted in ((width, "width", columns, "columns"), (height, "height", rows, "rows"))
+        for size, name, count, counted in (
+            (width, "width", columns, "columns"),
+            (height, "height", rows, "rows"),
+        )
     )
     front = middle + checks.real(standoff, "standoff") * out
     points = front + y[:, None, None] * raised + x[:, None] * across
@@ -148,10 +155,7 @@ def planar_bases(
     ValueError
         If something is not finite, or no row of numbers.
     """
-    axes = [spatial.to_float64(values, name).reshape(-1) for values, name in ((x, "x"), (y, "y"), (yaw, "yaw"))]
-    for values, name in zip(axes, ("x", "y", "yaw"), strict=True):
-        if not len(values):
-            raise ValueError(f"{name} is empty; one value or more are needed")
+    axes = [_values(x, "x"), _values(y, "y"), _values(yaw, "yaw")]
     at_x, at_y, turn = torch.cartesian_prod(*axes).unbind(-1)
     T = torch.eye(4, dtype=torch.float64).repeat(len(turn), 1, 1)
     T[:, 0, 0], T[:, 0, 1], T[:, 1, 0], T[:, 1, 1] = turn.cos(), -turn.sin(), turn.sin(), turn.cos()
@@ -163,6 +167,13 @@ def _spread(size: float, count: int) -> Tensor:
     if count == 1:
         return torch.zeros(1, dtype=torch.float64)
     return torch.linspace(-size / 2, size / 2, count, dtype=torch.float64)
+
+
+def _values(values: TensorLike, name: str) -> Tensor:
+    row = spatial.to_float64(values, name)
+    if row.ndim > 1 or row.numel() == 0:
+        raise ValueError(f"{name} has shape {tuple(row.shape)}; one value or a row of values is needed")
+    return row.reshape(-1)
 
 
 def _vector(value: TensorLike, name: str) -> Tensor:

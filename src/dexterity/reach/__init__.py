@@ -1,0 +1,24 @@
+"""Which poses an arm reaches, how well, and where its base should be: for any chain.
+
+Examples
+--------
+>>> from dexterity import reach
+>>> len(reach.rotations(100)), reach.box([0.2, 0, 0], [0.6, 0, 0.4], spacing=0.1).shape
+(216, torch.Size([25, 3]))
+"""
+
+from dexterity.reach.positions import ball, bounds, box
+from dexterity.reach.rotation_grid import covering_radius, rotations
+from dexterity.reach.tool_poses import panel, planar_bases, pointing, seam
+
+__all__ = [
+    "ball",
+    "bounds",
+    "box",
+    "covering_radius",
+    "panel",
+    "planar_bases",
+    "pointing",
+    "rotations",
+    "seam",
+]
