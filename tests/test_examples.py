@@ -20,7 +20,7 @@ FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
 def test_all_pages_are_read():
-    assert {page.stem for page in PAGES} == {"api", "api_networks", "api_scenes", "api_systems"}
+    assert {page.stem for page in PAGES} == {"api", "api_networks", "api_reach", "api_scenes", "api_systems"}
     assert len(MODULES) == len(set(MODULES)) > 80
 
 

@@ -50,7 +50,7 @@ __all__ = ["covering_radius", "rotations"]
 class _Lattice(NamedTuple):
     """Number of rotations, upper bound of their covering radius [°], distance and stretch of the lattice."""
 
-    count: int
+    size: int
     radius: float
     distance: float
     stretch: float
@@ -65,7 +65,7 @@ _LATTICES = (
     _Lattice(7416, 9.84, 0.07695, 1.5),
 )
 _RADII = {count: math.radians(radius) for count, (_, radius) in _GROUPS.items()} | {
-    lattice.count: math.radians(lattice.radius) for lattice in _LATTICES
+    lattice.size: math.radians(lattice.radius) for lattice in _LATTICES
 }
 
 
@@ -137,7 +137,7 @@ def _grid(count: int) -> Tensor:
     if count in _GROUPS:
         grid = Rotation.create_group(_GROUPS[count][0])
     else:
-        grid = _about_a_cube(next(lattice for lattice in _LATTICES if lattice.count == count))
+        grid = _about_a_cube(next(lattice for lattice in _LATTICES if lattice.size == count))
     return torch.from_numpy(grid.as_matrix())
 
 
