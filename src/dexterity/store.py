@@ -20,9 +20,11 @@ import math
 import os
 import secrets
 import struct
+import tomllib
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -62,6 +64,36 @@ def data_path(*parts: str) -> Path:
     if not path.exists():
         raise FileNotFoundError(f"there is no data file {'/'.join(parts) or 'data'!r}: {path} does not exist")
     return path
+
+
+def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read a TOML file, which may begin with a byte order mark.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it is no file, is larger than 16 MB, has a line of more than 10 000 characters, is nested too
+        deeply, or is no TOML in UTF-8; the error names the file.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file():
+        raise ValueError(f"{path.name} is no file")
+    if path.stat().st_size > _LARGEST_TOML:
+        raise ValueError(f"{path.name} has {path.stat().st_size} bytes; at most {_LARGEST_TOML} are read")
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        # A key of very many parts takes tomllib minutes.
+        for number, line in enumerate(text.splitlines(), start=1):
+            if len(line) > _LONGEST_LINE:
+                raise ValueError(f"line {number} has more than {_LONGEST_LINE} characters")
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path.name} cannot be read as TOML: {error}") from error
+
+
+_LARGEST_TOML, _LONGEST_LINE = 16_000_000, 10_000
 
 
 def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None:

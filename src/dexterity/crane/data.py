@@ -21,7 +21,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity.crane.description import Crane, patu655
+from dexterity import spatial
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import tip_position
 from dexterity.crane.structure import load_response
 
@@ -72,6 +73,12 @@ class TrainingSet:
     rows: Float64[Tensor, "N 8"]
     columns: tuple[str, ...] = COLUMNS
 
+    def __post_init__(self) -> None:
+        rows = spatial.to_float64(self.rows, "rows")
+        if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or tuple(self.columns) != COLUMNS:
+            raise ValueError(f"rows has shape {tuple(rows.shape)}; columns {', '.join(COLUMNS)} are needed")
+        object.__setattr__(self, "rows", rows)
+
     @property
     def strokes(self) -> Float64[Tensor, "N 3"]:
         """Strokes s1, s2, s3 [m]."""
@@ -107,7 +114,7 @@ def training_set(crane: Crane | None = None) -> TrainingSet:
     ----------
     Rouvinen (1999), section 3.3 and Table 4.1 there.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     steps = [
         torch.linspace(low, high, n, dtype=torch.float64)
         for low, high, n in zip(crane.lower, crane.upper, _STROKE_VALUES, strict=True)

@@ -11,16 +11,16 @@ Examples
 from __future__ import annotations
 
 import dataclasses
-import math
-import tomllib
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from dexterity import store
+from dexterity import checks, store
+from dexterity.checks import Check, Instance, Name, Real
 
-__all__ = ["Crane", "Linkage", "Member", "Structure", "patu655", "read_crane"]
+__all__ = ["Crane", "Linkage", "Member", "Structure", "given_crane", "patu655", "read_crane"]
 
 Point: TypeAlias = tuple[float, float]
 
@@ -57,6 +57,19 @@ class Linkage:
     coupler_pin: Point
     extension_joint: Point
 
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            check = _points if str(field.type) == "Point" else Real(above=0)
+            object.__setattr__(self, field.name, check(getattr(self, field.name), field.name))
+
+
+def _points(value: Any, name: str, size: int = 2) -> tuple[float, ...]:
+    """Return a tuple of finite numbers."""
+    Instance((tuple, list))(value, name)
+    if len(value) != size:
+        raise ValueError(f"{name} is {checks.shown(value)}; {size} numbers are needed")
+    return tuple(checks.real(number, f"{name}[{i}]") for i, number in enumerate(value))
+
 
 @dataclass(frozen=True)
 class Member:
@@ -74,11 +87,17 @@ class Member:
     tubes: tuple[tuple[float, float, float], ...]
 
     def __post_init__(self) -> None:
+        for name, size in (("nodes", 2), ("tubes", 3)):
+            rows = Instance((tuple, list))(getattr(self, name), name)
+            whole = tuple(_points(row, f"{name}[{i}]", size) for i, row in enumerate(rows))
+            object.__setattr__(self, name, whole)
         if len(self.nodes) < 2 or len(self.tubes) != len(self.nodes) - 1:
             raise ValueError(f"there are {len(self.nodes)} nodes and {len(self.tubes)} tubes between them")
         for b, h, t in self.tubes:
             if not 0 < 2 * t <= min(b, h):
                 raise ValueError(f"a tube is {b} × {h} with a wall of {t}, which does not fit")
+        if any(first == last for first, last in itertools.pairwise(self.nodes)):
+            raise ValueError("nodes holds a point twice in a row; a tube needs a length")
 
     @property
     def areas(self) -> tuple[float, ...]:
@@ -121,9 +140,13 @@ class Structure:
     extension: Member
 
     def __post_init__(self) -> None:
-        for name in ("youngs_modulus", "bending_factor", "ground_stiffness"):
-            if getattr(self, name) <= 0:
-                raise ValueError(f"{name} is {getattr(self, name)}; a positive number is needed")
+        for field in dataclasses.fields(self):
+            check: Check = Real(least=0)
+            if field.name in ("youngs_modulus", "bending_factor", "ground_stiffness"):
+                check = Real(above=0)
+            elif field.name in _TABLES:
+                check = Instance(Member)
+            object.__setattr__(self, field.name, check(getattr(self, field.name), field.name))
 
 
 @dataclass(frozen=True)
@@ -151,6 +174,23 @@ class Crane:
     linkage: Linkage
     structure: Structure
 
+    def __post_init__(self) -> None:
+        checks.fields(
+            self,
+            name=Name(),
+            source=Name(),
+            licence=Name(),
+            rating=Real(above=0),
+            linkage=Instance(Linkage),
+            structure=Instance(Structure),
+        )
+        for name in ("lower", "upper"):
+            object.__setattr__(self, name, _points(getattr(self, name), name, 3))
+        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise ValueError(
+                f"lower is {self.lower} and upper {self.upper}; each limit must be below its upper one"
+            )
+
 
 @lru_cache(maxsize=1)
 def patu655() -> Crane:
@@ -161,6 +201,17 @@ def patu655() -> Crane:
     Rouvinen (1999), sections 3.1 and 3.3, Appendix A. The structure's sections and masses are assumptions.
     """
     return read_crane(store.data_path("robots", "patu655.toml"))
+
+
+def given_crane(crane: Crane | None, name: str = "crane") -> Crane:
+    """Return a crane, :func:`patu655` for None.
+
+    Raises
+    ------
+    TypeError
+        If it is no crane.
+    """
+    return patu655() if crane is None else checks.instance(crane, name, Crane)
 
 
 def read_crane(path: Path | str) -> Crane:
@@ -174,8 +225,8 @@ def read_crane(path: Path | str) -> Crane:
     """
     path = Path(path)
     try:
-        crane: Crane = _made(Crane, tomllib.loads(path.read_text(encoding="utf-8")), "the file")
-    except ValueError as error:
+        crane: Crane = _made(Crane, store.read_toml(path), "the file")
+    except (ValueError, TypeError) as error:
         raise ValueError(f"{path.name} is not a crane's file: {error}") from error
     return crane
 
@@ -191,14 +242,14 @@ _ROWS = {"nodes": 2, "tubes": 3}
 def _made(kind: type[Any], entries: Any, where: str) -> Any:
     """Make a dataclass of a table that must have its fields and no others."""
     if not isinstance(entries, dict):
-        raise ValueError(f"{where} is {entries!r}; a table is needed")
+        raise ValueError(f"{where} is {checks.shown(entries)}; a table is needed")
     fields = {field.name: str(field.type) for field in dataclasses.fields(kind)}
     if entries.keys() != fields.keys():
         raise ValueError(f"{where} holds {sorted(entries)}; {sorted(fields)} are needed")
     values = {name: _value(name, entries[name], hint, where) for name, hint in fields.items()}
     try:
         return kind(**values)
-    except ValueError as error:
+    except (ValueError, TypeError) as error:
         raise ValueError(f"{where}: {error}") from error
 
 
@@ -208,25 +259,25 @@ def _value(name: str, value: Any, hint: str, where: str) -> Any:
     label = f"{name} of {where}"
     if name in _ROWS:
         if not isinstance(value, list):
-            raise ValueError(f"{label} is {value!r}; rows are needed")
+            raise ValueError(f"{label} is {checks.shown(value)}; rows are needed")
         return tuple(_numbers(row, _ROWS[name], label) for row in value)
     if hint == "Point" or hint.startswith("tuple"):
         return _numbers(value, 2 if hint == "Point" else 3, label)
     if hint == "str":
         if not isinstance(value, str) or not value.strip():
-            raise ValueError(f"{label} is {value!r}; a text is needed")
+            raise ValueError(f"{label} is {checks.shown(value)}; a text is needed")
         return value
     return _number(value, label)
 
 
 def _numbers(value: Any, size: int, label: str) -> tuple[float, ...]:
     if not isinstance(value, list) or len(value) != size:
-        raise ValueError(f"{label} is {value!r}; {size} numbers are needed")
+        raise ValueError(f"{label} is {checks.shown(value)}; {size} numbers are needed")
     return tuple(_number(number, label) for number in value)
 
 
 def _number(value: Any, label: str) -> float:
-    # bool is a kind of int, but true is no number.
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
-        raise ValueError(f"{label} is {value!r}; a finite number is needed")
-    return float(value)
+    try:
+        return checks.real(value, label)
+    except TypeError as error:
+        raise ValueError(str(error)) from error

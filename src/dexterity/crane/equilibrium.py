@@ -23,9 +23,11 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity.crane.description import Crane, patu655
+from dexterity import checks
+from dexterity.checks import Real, Whole
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import require_strokes
-from dexterity.crane.structure import Assembly, require_payload
+from dexterity.crane.structure import Assembly, common_batch, require_payload
 from dexterity.spatial import TensorLike
 
 __all__ = ["Equilibrium", "NewtonOptions", "Potential", "Sag", "corotational_deflection", "equilibrium"]
@@ -58,11 +60,7 @@ class NewtonOptions:
     tolerance: float = 1e-10
 
     def __post_init__(self) -> None:
-        for name in ("load_steps", "iterations"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
-        if not self.tolerance > 0:
-            raise ValueError(f"tolerance is {self.tolerance}; a positive number is needed")
+        checks.fields(self, load_steps=Whole(1), iterations=Whole(1), tolerance=Real(above=0))
 
 
 @dataclass(frozen=True)
@@ -129,7 +127,7 @@ def equilibrium(
             move = _newton_move(potential, constraints, z, moving, n, step / options.load_steps)
             z = z - move
             change = move[:, :n].abs().amax(-1)
-            if (change <= options.tolerance).all():
+            if (change.isnan() | (change <= options.tolerance)).all():
                 break
     return Equilibrium(z[:, :n], z[:, n:], change <= options.tolerance, taken)
 
@@ -202,13 +200,15 @@ def corotational_deflection(
     ----------
     Crisfield (1991), Non-linear finite element analysis of solids and structures, volume 1, chapter 7.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     strokes, payload = require_strokes(strokes), require_payload(payload, crane)
-    batch = torch.broadcast_shapes(strokes.shape[:-1], payload.shape)
-    rows = strokes.detach().cpu().expand(*batch, 3).reshape(-1, 3).split(_POSES_AT_ONCE)
-    masses = payload.detach().cpu().expand(batch).reshape(-1).split(_POSES_AT_ONCE)
-    assembly = Assembly.of(crane)
-    parts = [_sag(assembly, *piece, options) for piece in zip(rows, masses, strict=True)]
+    checks.instance(options, "options", NewtonOptions)
+    batch = common_batch(payload.shape, strokes.shape[:-1], "payload")
+    with torch.inference_mode(False):  # steps are slopes, which are not taken in that mode
+        rows = strokes.detach().cpu().clone().expand(*batch, 3).reshape(-1, 3).split(_POSES_AT_ONCE)
+        masses = payload.detach().cpu().clone().expand(batch).reshape(-1).split(_POSES_AT_ONCE)
+        assembly = Assembly.of(crane)
+        parts = [_sag(assembly, *piece, options) for piece in zip(rows, masses, strict=True)]
     converged = torch.cat([part.converged for part in parts]).to(strokes.device)
     moved = torch.cat([assembly.tip(part.q) for part in parts]).to(strokes.device)
     found = torch.where(converged[:, None], moved, torch.nan)

@@ -31,9 +31,12 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity.crane.description import Crane, Linkage, Member, Point, Structure, patu655
+from dexterity import checks
+from dexterity.checks import Instance, Real
+from dexterity.crane.description import Crane, Linkage, Member, Point, Structure, given_crane
 from dexterity.crane.kinematics import require_strokes, tip_position
 from dexterity.crane.structure import Assembly, Pose, deflection, require_payload
+from dexterity.spatial import TensorLike
 
 __all__ = ["JOINTS", "Differences", "ExistingCrane", "JointForces", "existing_crane", "joint_forces"]
 
@@ -71,11 +74,14 @@ class Differences:
     reading_step: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in dataclasses.asdict(self).items():
-            if not value >= 0:
-                raise ValueError(f"{name} is {value}; 0 or a positive number is needed")
-        if self.stiffness >= 1:
-            raise ValueError(f"stiffness is {self.stiffness}; less than 1 is needed")
+        checks.fields(
+            self,
+            misalignment=Real(least=0),
+            play=Real(least=0),
+            stiffness=Real(least=0, below=1),
+            stroke_step=Real(least=0),
+            reading_step=Real(least=0),
+        )
 
 
 @dataclass(frozen=True)
@@ -102,8 +108,13 @@ class ExistingCrane:
     zeros: tuple[float, ...] = (0.0,) * 11
 
     def __post_init__(self) -> None:
-        if len(self.play) != len(JOINTS):
-            raise ValueError(f"play has {len(self.play)} lengths; there are {len(JOINTS)} joints")
+        checks.fields(self, built=Instance(Crane), stroke_step=Real(least=0), reading_step=Real(least=0))
+        for name, count, least in (("play", len(JOINTS), 0.0), ("zeros", 11, None)):
+            lengths = Instance((tuple, list))(getattr(self, name), name)
+            if len(lengths) != count:
+                raise ValueError(f"{name} has {len(lengths)} lengths; there are {count} joints")
+            finite = tuple(Real(least)(length, f"{name}[{i}]") for i, length in enumerate(lengths))
+            object.__setattr__(self, name, finite)
 
     def tip(self, strokes: Float64[Tensor, "N 3"], payload: Float64[Tensor, " N"]) -> Float64[Tensor, "N 2"]:
         """Return where the loaded tip comes to rest [m] if it is driven to strokes (N, 3) [m].
@@ -113,6 +124,7 @@ class ExistingCrane:
         ValueError
             As :func:`~dexterity.crane.structure.deflection`.
         """
+        strokes, payload = _rows(strokes, payload, self.built)
         driven = _rounded(strokes, self.stroke_step)
         rigid = tip_position(driven, self.built)
         return rigid + deflection(driven, payload, self.built) + self.seating(driven, payload)
@@ -133,6 +145,7 @@ class ExistingCrane:
         ValueError
             As :func:`joint_forces`.
         """
+        strokes, payload = _rows(strokes, payload, self.built)
         if not any(self.play):
             return torch.zeros_like(strokes[:, :2])
         held = _held(strokes, self.built)
@@ -152,8 +165,8 @@ class ExistingCrane:
         ValueError
             As :func:`joint_forces`.
         """
-        held = _held(strokes[None], self.built)
-        ends = _ends(_under(held, strokes.new_tensor([payload]), self.built))
+        strokes, masses = _rows(require_strokes(strokes)[None], [payload], self.built)
+        ends = _ends(_under(_held(strokes, self.built), masses, self.built))
         return dataclasses.replace(self, zeros=tuple(ends[0].tolist()))
 
 
@@ -174,7 +187,9 @@ def existing_crane(
     model
         What it should be; None for :func:`~dexterity.crane.description.patu655`.
     """
-    model = model or patu655()
+    checks.instance(differences, "differences", Differences)
+    checks.instance(generator, "generator", torch.Generator)
+    model = given_crane(model, "model")
     pins = torch.rand(len(_PINS), 2, generator=generator, dtype=torch.float64) * 2 - 1
     rods = torch.rand(len(_RODS), generator=generator, dtype=torch.float64) * 2 - 1
     soft = torch.rand(2, generator=generator, dtype=torch.float64) * 2 - 1
@@ -232,7 +247,8 @@ def joint_forces(
     ValueError
         As :func:`~dexterity.crane.structure.deflection`.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
+    strokes, payload = _rows(strokes, payload, crane)
     total = _under(_held(strokes, crane), payload, crane)
     # A pin's gap is counted from the outer arm to the inner one; the extension comes out as its rod shrinks.
     rods = torch.cat([total[:, 4:8], -total[:, 8:9]], dim=-1)
@@ -242,12 +258,24 @@ def joint_forces(
 # ---- forces ----------------------------------------------------------------------------------------
 
 
+def _rows(strokes: TensorLike, payload: TensorLike, crane: Crane) -> tuple[Tensor, Tensor]:
+    """Return strokes (N, 3) and payloads (N), as many of one as of the other."""
+    strokes, payload = require_strokes(strokes), require_payload(payload, crane)
+    if strokes.ndim != 2 or payload.shape != strokes.shape[:1]:
+        raise ValueError(
+            f"strokes has shape {tuple(strokes.shape)} and payload {tuple(payload.shape)}; "
+            "(N, 3) and (N,) are needed"
+        )
+    return strokes, payload
+
+
 def _held(strokes: Tensor, crane: Crane) -> Tensor:
     """Find the forces (N, 11, 3) that hold own weight, and 1 N along x and along y at the tip."""
-    assembly = Assembly.of(crane)
-    pose = assembly.placed(require_strokes(strokes))
-    added = assembly.nodal_forces(pose) - _loads(assembly, pose)
-    return torch.linalg.lstsq(assembly.constraint_rows(pose).mT, added).solution
+    with torch.inference_mode(False):  # loads are slopes, which are not taken in that mode
+        assembly = Assembly.of(crane)
+        pose = assembly.placed(strokes.detach().clone())
+        added = assembly.nodal_forces(pose) - _loads(assembly, pose)
+        return torch.linalg.lstsq(assembly.constraint_rows(pose).mT, added).solution
 
 
 def _under(held: Tensor, payload: Tensor, crane: Crane) -> Tensor:

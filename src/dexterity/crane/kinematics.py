@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float64
 from torch import Tensor
 
 from dexterity import spatial
-from dexterity.crane.description import Crane, Linkage, Point, patu655
+from dexterity.crane.description import Crane, Linkage, Point, given_crane
 from dexterity.spatial import TensorLike
 
 __all__ = [
@@ -40,6 +40,8 @@ __all__ = [
 ]
 
 _EDGE = 1e-9  # [m]: what rounding may put beyond a limit, and what a solution may miss the position by
+
+_FARTHEST = 1e9  # [m]; the square of a much larger number is infinite
 
 
 class Posture(NamedTuple):
@@ -87,7 +89,7 @@ def tip_position(strokes: TensorLike, crane: Crane | None = None) -> Float64[Ten
     ----------
     Rouvinen (1999), Appendix A.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     strokes = require_strokes(strokes)
     place = posture(strokes, crane)
     for closes, linkage, column in ((place.lift_closes, "lift", 0), (place.jib_closes, "jib", 1)):
@@ -111,7 +113,7 @@ def posture(strokes: TensorLike, crane: Crane | None = None) -> Posture:
     ----------
     Rouvinen (1999), Appendix A.
     """
-    links = (crane or patu655()).linkage
+    links = given_crane(crane).linkage
     s1, s2, _ = require_strokes(strokes).unbind(-1)
     lift = _lift_foot_angle(links) + _angle(*_lift_sides(links), s1 + links.lift_cylinder_length)
     crank_pin, relative = _four_bar(s2, links)
@@ -126,7 +128,7 @@ def within_limits(strokes: TensorLike, crane: Crane | None = None) -> Bool[Tenso
     ValueError
         If the last axis is not 3 or a stroke is not finite.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     strokes = require_strokes(strokes)
     return (strokes >= strokes.new_tensor(crane.lower) - _EDGE) & (
         strokes <= strokes.new_tensor(crane.upper) + _EDGE
@@ -141,7 +143,7 @@ def tip_jacobian(strokes: TensorLike, crane: Crane | None = None) -> Float64[Ten
     ValueError
         As :func:`tip_position`.
     """
-    with torch.enable_grad():
+    with torch.inference_mode(False), torch.enable_grad():
         s = require_strokes(strokes).detach().clone().requires_grad_()
         tip = tip_position(s, crane)
         rows = [torch.autograd.grad(tip[..., i].sum(), s, retain_graph=True)[0] for i in range(2)]
@@ -188,10 +190,17 @@ def inverse(position: TensorLike, extension: TensorLike | None = None, crane: Cr
     Both arms and the line from the lift joint to the tip are a triangle; Spong, Hutchinson & Vidyasagar
     (2006), section 3.3. The linkages are then undone by the law of cosines.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     links = crane.linkage
     position = _require_position(position)
     s3 = least_extension(position, crane) if extension is None else spatial.to_float64(extension, "extension")
+    try:
+        torch.broadcast_shapes(position.shape[:-1], s3.shape)
+    except RuntimeError as error:
+        raise ValueError(
+            f"extension has batch axes {tuple(s3.shape)} and position {tuple(position.shape[:-1])}, "
+            "which do not broadcast"
+        ) from error
     lift, relative = _elbow_up(position, s3, links)
     s1 = _side(*_lift_sides(links), lift - _lift_foot_angle(links)) - links.lift_cylinder_length
     strokes = torch.stack(torch.broadcast_tensors(s1, _jib_stroke(relative, links), s3), dim=-1)
@@ -222,7 +231,7 @@ def least_extension(position: TensorLike, crane: Crane | None = None) -> Float64
     ----------
     Rouvinen (1999), Appendix B.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     links = crane.linkage
     position = _require_position(position)
     first = math.hypot(*links.jib_joint)
@@ -340,4 +349,6 @@ def _require_position(position: TensorLike) -> Tensor:
     position = spatial.to_float64(position, "position")
     if position.shape[-1:] != (2,):
         raise ValueError(f"position has shape {tuple(position.shape)}; x and y are needed: (..., 2)")
+    if (position.abs() > _FARTHEST).any():
+        raise ValueError(f"position holds numbers beyond {_FARTHEST:g} m")
     return position

@@ -21,9 +21,10 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity.crane.description import Crane, patu655
+from dexterity import checks
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import require_strokes, turned
-from dexterity.crane.structure import Assembly, Pose, require_payload
+from dexterity.crane.structure import Assembly, Pose, common_batch, require_payload
 from dexterity.spatial import TensorLike
 
 __all__ = ["PARTS", "Bars", "NodalResponse", "bars", "displacements", "nodal_response"]
@@ -94,9 +95,14 @@ class Bars:
         Raises
         ------
         ValueError
-            If a payload is negative or above the rating.
+            If a payload is negative or above the rating, its batch axes do not fit, or the magnification is
+            not finite.
         """
-        payload = require_payload(payload, self.crane)[..., None, None, None]
+        payload = require_payload(payload, self.crane)
+        common_batch(payload.shape, self.ends.shape[:-3], "payload")
+        payload = payload[..., None, None, None]
+        if not isinstance(magnified, Tensor):
+            magnified = checks.real(magnified, "magnified")
         return self.ends + magnified * (self.own_weight + payload * self.per_kilogram)
 
 
@@ -155,11 +161,13 @@ class _Solved(NamedTuple):
 
 
 def _solved(strokes: TensorLike, crane: Crane | None) -> _Solved:
-    crane = crane or patu655()
+    crane = given_crane(crane)
     strokes = require_strokes(strokes).detach().cpu()
-    assembly = Assembly.of(crane)
-    pose = assembly.placed(strokes.reshape(-1, 3))
-    moved = displacements(assembly, pose)
+    with torch.inference_mode(False):
+        strokes = strokes.clone()
+        assembly = Assembly.of(crane)
+        pose = assembly.placed(strokes.reshape(-1, 3))
+        moved = displacements(assembly, pose)
     moves = torch.stack([moved[..., 0], -crane.structure.gravity * moved[..., 2]], dim=-1)
     return _Solved(assembly, pose, moves, tuple(strokes.shape[:-1]))
 

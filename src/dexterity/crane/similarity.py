@@ -16,9 +16,9 @@ True
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
+from dexterity import checks
 from dexterity.crane.description import Crane, Linkage, Member, Structure
 
 __all__ = ["scaled"]
@@ -46,8 +46,8 @@ def scaled(crane: Crane, factor: float) -> Crane:
     ----------
     Timoshenko & Young (1965), Theory of structures: deflections go as :math:`F L^3 / (E I)`.
     """
-    if not 0 < factor < math.inf:
-        raise ValueError(f"factor is {factor}; a positive number is needed")
+    checks.instance(crane, "crane", Crane)
+    factor = checks.positive(factor, "factor")
     return dataclasses.replace(
         crane,
         name=f"{crane.name}, {factor:g} of its size",

@@ -31,7 +31,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.crane.beams import Beams, flexibility, gravity_potential, hermite, stiffness, strain_energy
-from dexterity.crane.description import Crane, Member, Structure, patu655
+from dexterity.crane.description import Crane, Member, Structure, given_crane
 from dexterity.crane.kinematics import posture, require_strokes, tip_position, turned
 from dexterity.spatial import TensorLike
 
@@ -40,6 +40,7 @@ __all__ = [
     "LoadResponse",
     "Pad",
     "Pose",
+    "common_batch",
     "deflection",
     "flexible_tip",
     "load_response",
@@ -71,9 +72,10 @@ def deflection(
         If shapes do not fit, a number is not finite, a payload is negative or above the crane's rating, a
         linkage cannot close, or the extension would leave the jib or go through it.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     payload = require_payload(payload, crane)
     response = load_response(strokes, crane)
+    common_batch(payload.shape, response.own_weight.shape[:-1], "payload")
     return response.own_weight + payload[..., None] * response.per_kilogram
 
 
@@ -117,11 +119,12 @@ def load_response(strokes: TensorLike, crane: Crane | None = None) -> LoadRespon
     ----------
     The unit-load theorem: Timoshenko & Young (1965), Theory of structures, chapter 7.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     strokes = require_strokes(strokes)
-    assembly = Assembly.of(crane)
-    pieces = strokes.detach().cpu().reshape(-1, 3).split(_POSES_AT_ONCE)
-    parts = [assembly.compliance(assembly.placed(piece)) for piece in pieces]
+    with torch.inference_mode(False):  # forces are slopes, which are not taken in that mode
+        assembly = Assembly.of(crane)
+        pieces = strokes.detach().cpu().clone().reshape(-1, 3).split(_POSES_AT_ONCE)
+        parts = [assembly.compliance(assembly.placed(piece)) for piece in pieces]
     compliance = torch.cat(parts).to(strokes.device)
     own, per_newton = compliance[:, 1:, 0], compliance[:, 1:, 2]
     batch = strokes.shape[:-1]
@@ -145,6 +148,22 @@ def require_payload(payload: TensorLike, crane: Crane) -> Float64[Tensor, "*batc
         worst = payload[(payload < 0) | (payload > crane.rating)][0].item()
         raise ValueError(f"payload holds {worst} kg; 0 to the rating of {crane.rating} kg is needed")
     return payload
+
+
+def common_batch(payload: torch.Size, strokes: torch.Size, name: str) -> torch.Size:
+    """Return the batch axes that payloads and strokes have in common.
+
+    Raises
+    ------
+    ValueError
+        If they do not broadcast.
+    """
+    try:
+        return torch.broadcast_shapes(payload, strokes)
+    except RuntimeError as error:
+        raise ValueError(
+            f"{name} has batch axes {tuple(payload)} and strokes {tuple(strokes)}, which do not broadcast"
+        ) from error
 
 
 class Pose(NamedTuple):

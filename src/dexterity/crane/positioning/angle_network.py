@@ -22,8 +22,9 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.crane.data import TrainingSet
-from dexterity.crane.description import Crane, patu655
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import posture, require_strokes
 from dexterity.crane.positioning.learning import EPOCHS
 from dexterity.networks.feed_forward import FeedForward
@@ -78,7 +79,10 @@ class AngleNetworkSag:
         ValueError
             If there are no neurons or epochs, or a pose comes with one payload only.
         """
-        crane = crane or patu655()
+        crane = given_crane(crane)
+        checks.instance(data, "data", TrainingSet)
+        checks.instance(generator, "generator", torch.Generator)
+        neurons, epochs = checks.whole(neurons, "neurons", least=1), checks.whole(epochs, "epochs", least=1)
         strokes, affine = _affine(data, crane.rating)
         view = View(_INPUTS, tuple(range(_INPUTS)))
         seen = _seen(strokes, crane)

@@ -25,6 +25,7 @@ from typing import TypeAlias
 import torch
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.crane.kinematics import inverse, least_extension, tip_position
 from dexterity.crane.positioning.genetic import GeneticInverseOptions, genetic_inverse
 from dexterity.crane.positioning.task import Placement, SagModel, Task
@@ -96,7 +97,7 @@ def compensate(
     rigid_inverse
         How the rigid crane is solved; :func:`exact_inverse` or :func:`genetic`.
     corrections
-        Largest number of times that the aim is changed.
+        Largest number of times that the aim is changed, up to 10 000; a tip that stays is left at once.
     tolerance
         Distance [m] from its target at which the tip, by this very sag, is near enough to stop.
 
@@ -114,8 +115,11 @@ def compensate(
     ----------
     Rouvinen (1999), section 4.1, Fig. 4.7.
     """
-    if corrections < 1:
-        raise ValueError(f"corrections is {corrections}; at least 1 is needed")
+    checks.instance(task, "task", Task)
+    checks.function(sag, "sag")
+    checks.function(rigid_inverse, "rigid_inverse")
+    corrections = checks.whole(corrections, "corrections", least=1, most=_MOST_CORRECTIONS)
+    tolerance = checks.real(tolerance, "tolerance", least=0)
     placement = rigid_inverse(task, task.targets)
     taken = torch.zeros(len(task), dtype=torch.long)
     for _ in range(corrections):
@@ -126,11 +130,17 @@ def compensate(
         current = dataclasses.replace(task, starts=placement.strokes)
         solved = rigid_inverse(current, task.targets - deflection)
         strokes = torch.where(far[:, None], solved.strokes, placement.strokes)
+        stays = corrections > 1 and torch.equal(strokes, placement.strokes)
         placement = Placement(strokes, torch.where(far, solved.converged, placement.converged), taken)
         taken = taken + far
+        if stays:
+            break
     strokes = _reached(placement, task.targets)
     near = tolerance == 0 or _miss(task, strokes, sag(strokes, task.payload)) <= tolerance
     return Placement(strokes, placement.converged & near, taken)
+
+
+_MOST_CORRECTIONS = 10_000
 
 
 def _reached(placement: Placement, targets: Tensor) -> Tensor:

@@ -23,6 +23,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks, spatial
+from dexterity.checks import OrNone, Real, Whole
 from dexterity.crane.kinematics import tip_position
 from dexterity.crane.positioning.task import Placement, Task
 from dexterity.search.genetic import Chromosome
@@ -66,16 +68,18 @@ class GeneticInverseOptions:
     mutation: float | None = None
 
     def __post_init__(self) -> None:
-        if not 0 <= self.given <= self.population - 2:
+        checks.fields(
+            self,
+            population=Whole(2),
+            given=Whole(0),
+            generations=Whole(1),
+            tolerance=Real(least=0),
+            bits=Whole(1, 52),
+            crossover=Real(least=0, most=1),
+            mutation=OrNone(Real(least=0, most=1)),
+        )
+        if self.given > self.population - 2:
             raise ValueError(f"given is {self.given} of a population of {self.population}; 2 must be left")
-        for name in ("generations", "bits"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; at least 1 is needed")
-        for name in ("crossover", "mutation"):
-            if not 0 <= (getattr(self, name) or 0.0) <= 1:
-                raise ValueError(f"{name} is {getattr(self, name)}; 0 to 1 is needed")
-        if not self.tolerance >= 0:
-            raise ValueError(f"tolerance is {self.tolerance}; 0 or a positive length is needed")
 
 
 def genetic_inverse(
@@ -105,6 +109,14 @@ def genetic_inverse(
     ----------
     Rouvinen (1999), section 4.1; Goldberg (1989) for the binary algorithm.
     """
+    checks.instance(task, "task", Task)
+    checks.instance(generator, "generator", torch.Generator)
+    checks.instance(options, "options", GeneticInverseOptions)
+    positions = spatial.to_float64(positions, "positions")
+    if positions.shape != task.targets.shape:
+        raise ValueError(
+            f"positions has shape {tuple(positions.shape)}; {tuple(task.targets.shape)} is needed"
+        )
     search = _Search(task, positions, options)
     genes = search.first(generator)
     best, misses = search.best(genes)

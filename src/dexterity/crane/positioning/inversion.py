@@ -15,7 +15,6 @@ Examples
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -24,6 +23,8 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks
+from dexterity.checks import OrNone, Real, Whole
 from dexterity.crane.kinematics import tip_jacobian, tip_position
 from dexterity.crane.positioning.task import Placement, SagModel, Task
 from dexterity.networks.feed_forward import FeedForward
@@ -64,12 +65,7 @@ class DescentOptions:
     iterations: int = 10_000
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise ValueError(f"iterations is {self.iterations}; at least 1 is needed")
-        for name in ("tolerance", "rate"):
-            value = getattr(self, name)
-            if value is not None and not 0 < value < math.inf:
-                raise ValueError(f"{name} is {value}; a positive number is needed")
+        checks.fields(self, tolerance=Real(above=0), rate=OrNone(Real(above=0)), iterations=Whole(1))
 
 
 def descend(task: Task, network: FeedForward, options: DescentOptions = DescentOptions()) -> Placement:
@@ -88,6 +84,9 @@ def descend(task: Task, network: FeedForward, options: DescentOptions = DescentO
     ----------
     Rouvinen (1999), Eqs. 59 to 63, after Lampinen (1997).
     """
+    checks.instance(task, "task", Task)
+    checks.instance(network, "network", FeedForward)
+    checks.instance(options, "options", DescentOptions)
     with torch.no_grad():
         rate = safe_rate(network, task) if options.rate is None else options.rate
         centre, half = network.input_centre, network.input_half_range
@@ -132,6 +131,7 @@ def safe_rate(network: FeedForward, task: Task, points: int = 9) -> float:
     points
         Of the grid along each stroke.
     """
+    points = checks.whole(points, "points", least=2, most=100)
     with torch.no_grad():
         line = torch.linspace(-1, 1, points, dtype=torch.float64)
         grid = torch.nn.functional.pad(torch.cartesian_prod(line, line, line), (0, 1))
@@ -194,11 +194,7 @@ class GaussNewtonOptions:
     damping: float = 1e-3
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise ValueError(f"iterations is {self.iterations}; at least 1 is needed")
-        for name in ("tolerance", "damping"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; a positive number is needed")
+        checks.fields(self, tolerance=Real(above=0), iterations=Whole(1), damping=Real(above=0))
 
 
 def gauss_newton(task: Task, tip: TipModel, options: GaussNewtonOptions = GaussNewtonOptions()) -> Placement:
@@ -219,6 +215,9 @@ def gauss_newton(task: Task, tip: TipModel, options: GaussNewtonOptions = GaussN
     ----------
     Levenberg (1944); Nakamura & Hanafusa (1986) for the damped least-squares inverse of a redundant arm.
     """
+    checks.instance(task, "task", Task)
+    checks.function(tip, "tip")
+    checks.instance(options, "options", GaussNewtonOptions)
     strokes = task.starts.clone()
     position, slope = tip(strokes, task.payload)
     miss = task.targets - position

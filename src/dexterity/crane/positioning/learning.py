@@ -18,6 +18,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.crane.data import TrainingSet
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.levenberg_marquardt import Options, levenberg_marquardt
@@ -54,7 +55,7 @@ def correction_network(
     ----------
     Rouvinen (1999), section 4.1.
     """
-    return _trained(_SEES_ALL, data.rows[:, :4], data.deflection, neurons, epochs, generator)
+    return _trained(_SEES_ALL, _rows(data)[:, :4], data.deflection, neurons, epochs, generator)
 
 
 def direct_network(
@@ -68,7 +69,7 @@ def direct_network(
     ----------
     Rouvinen (1999), section 4.2; with two outputs, where it says three.
     """
-    return _trained(_SEES_ALL, data.rows[:, :4], data.tip, neurons, epochs, generator)
+    return _trained(_SEES_ALL, _rows(data)[:, :4], data.tip, neurons, epochs, generator)
 
 
 def modular_network(
@@ -86,7 +87,9 @@ def modular_network(
     ----------
     Rouvinen (1999), section 4.3, Eqs. 64 and 65.
     """
-    inputs = data.rows[:, :4]
+    inputs = _rows(data)[:, :4]
+    if not isinstance(neurons, tuple) or len(neurons) != 2:
+        raise ValueError(f"neurons is {checks.shown(neurons)}; those of two networks are needed")
     rigid = _trained(_SEES_STROKES, inputs, data.tip - data.deflection, neurons[0], epochs, generator)
     with torch.no_grad():
         rest = data.tip - rigid(inputs)
@@ -104,6 +107,7 @@ def inverse_network(
     ----------
     Rouvinen (1999), section 4.4.
     """
+    _rows(data)
     inputs = torch.cat([data.tip, data.payload[:, None], data.strokes[:, 2:]], dim=-1)
     return _trained(_SEES_ALL, inputs, data.strokes[:, :2], neurons, epochs, generator)
 
@@ -112,9 +116,15 @@ _SEES_ALL = View(4, (0, 1, 2, 3))
 _SEES_STROKES = View(4, (0, 1, 2))
 
 
+def _rows(data: TrainingSet) -> Tensor:
+    return checks.instance(data, "data", TrainingSet).rows
+
+
 def _trained(
     view: View, x: Tensor, y: Tensor, neurons: int, epochs: int, generator: torch.Generator
 ) -> FeedForward:
+    checks.instance(generator, "generator", torch.Generator)
+    neurons, epochs = checks.whole(neurons, "neurons", least=1), checks.whole(epochs, "epochs", least=1)
     start = FeedForward.untrained(view, neurons, x, y, generator)
     return levenberg_marquardt(start, x, y, Options(epochs=epochs)).network
 

@@ -23,11 +23,15 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.crane.data import TrainingSet
-from dexterity.crane.description import Crane, patu655
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import posture, require_strokes
 
 __all__ = ["TrigonometricSag", "trigonometric_features"]
+
+
+_MOST = 50  # of the degree, beyond which features are too many
 
 
 def trigonometric_features(
@@ -53,9 +57,8 @@ def trigonometric_features(
     ValueError
         If the degree is negative, or the strokes are not finite.
     """
-    if degree < 0:
-        raise ValueError(f"degree is {degree}; 0 or more is needed")
-    crane = crane or patu655()
+    degree = checks.whole(degree, "degree", least=0, most=_MOST)
+    crane = given_crane(crane)
     place = posture(strokes, crane)
     extension = require_strokes(strokes)[:, 2] / crane.upper[2]
     columns = []
@@ -95,7 +98,9 @@ class TrigonometricSag:
         ValueError
             If the degree is negative, or there are fewer rows than coefficients.
         """
-        crane = crane or patu655()
+        crane = given_crane(crane)
+        checks.instance(data, "data", TrainingSet)
+        degree = checks.whole(degree, "degree", least=0, most=_MOST)
         count = sum(2 * n * n + 2 * n + 1 for n in range(degree + 1))
         if len(data) < 2 * count:
             raise ValueError(f"degree is {degree} with {2 * count} coefficients; there are {len(data)} rows")

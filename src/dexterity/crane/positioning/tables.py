@@ -14,6 +14,7 @@ Examples
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,10 +24,14 @@ from jaxtyping import Float64
 from scipy.interpolate import RegularGridInterpolator
 from torch import Tensor
 
-from dexterity.crane.description import Crane, patu655
+from dexterity import checks
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.structure import load_response
 
 __all__ = ["TableSag"]
+
+
+_MOST_NODES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +65,14 @@ class TableSag:
         ValueError
             If the nodes are not three, or there are fewer than two of a stroke.
         """
-        if len(nodes) != 3 or min(nodes) < 2:
-            raise ValueError(f"nodes is {tuple(nodes)}; 2 or more of each of three strokes are needed")
-        crane = crane or patu655()
+        if isinstance(nodes, str) or not isinstance(nodes, Sequence) or len(nodes) != 3:
+            raise ValueError(f"nodes is {checks.shown(nodes)}; 2 or more of each of three strokes are needed")
+        nodes = [checks.whole(count, f"nodes[{i}]", least=2) for i, count in enumerate(nodes)]
+        if math.prod(nodes) > _MOST_NODES:
+            raise ValueError(
+                f"nodes is {nodes}, {math.prod(nodes):,} in all; at most {_MOST_NODES:,} are filled"
+            )
+        crane = given_crane(crane)
         axes = [
             torch.linspace(low, high, count, dtype=torch.float64)
             for low, high, count in zip(crane.lower, crane.upper, nodes, strict=True)

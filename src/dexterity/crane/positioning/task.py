@@ -24,9 +24,9 @@ import torch
 from jaxtyping import Bool, Float64, Int64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.crane.data import TEST_PAYLOADS, TEST_POINTS
-from dexterity.crane.description import Crane, patu655
+from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.equilibrium import corotational_deflection
 from dexterity.crane.kinematics import inverse, tip_position
 from dexterity.crane.structure import deflection, require_payload
@@ -74,10 +74,15 @@ class Task:
     crane: Crane
 
     def __post_init__(self) -> None:
+        checks.instance(self.crane, "crane", Crane)
+        targets = spatial.to_float64(self.targets, "targets")
         for name, shape in (("targets", (2,)), ("payload", ()), ("starts", (3,))):
-            given = spatial.to_float64(getattr(self, name), name).shape
-            if given != (len(self.targets), *shape):
-                raise ValueError(f"{name} has shape {tuple(given)}; {(len(self.targets), *shape)} is needed")
+            value = spatial.to_float64(getattr(self, name), name)
+            if value.shape != (*targets.shape[:1], *shape):
+                wanted = f"(N, {shape[0]})" if shape else "(N,)"
+                raise ValueError(f"{name} has shape {tuple(value.shape)}; {wanted} is needed")
+            # A copy: the task stays as it is when the caller's array changes.
+            object.__setattr__(self, name, value.clone())
         require_payload(self.payload, self.crane)
 
     def __len__(self) -> int:
@@ -119,8 +124,12 @@ def thesis_task(
     ----------
     Rouvinen (1999), section 4, Figs. 4.2 and 4.4.
     """
-    crane = crane or patu655()
+    crane = given_crane(crane)
     targets, masses = spatial.to_float64(points, "points"), spatial.to_float64(payloads, "payloads")
+    for name, value, shape in (("points", targets, (-1, 2)), ("payloads", masses, (-1,))):
+        if value.ndim != len(shape) or value.shape[1:] != shape[1:] or not len(value):
+            wanted = "(n, 2)" if len(shape) == 2 else "(m,)"
+            raise ValueError(f"{name} has shape {tuple(value.shape)}; {wanted} is needed, at least one")
     reach = inverse(targets, crane=crane)
     lower, upper = targets.new_tensor(crane.lower), targets.new_tensor(crane.upper)
     near = ((reach.strokes >= lower - _BEYOND) & (reach.strokes <= upper + _BEYOND)).all(-1)
@@ -202,7 +211,14 @@ def errors(task: Task, placement: Placement, sag: SagModel | None = None, end_st
     ValueError
         If a stroke is not finite, or a linkage cannot close beyond the ends.
     """
+    checks.instance(task, "task", Task)
+    checks.instance(placement, "placement", Placement)
+    end_stops = checks.flag(end_stops, "end_stops")
     told = spatial.to_float64(placement.strokes, "strokes")
+    if told.shape != task.starts.shape:
+        raise ValueError(
+            f"placement has strokes of shape {tuple(told.shape)}; {tuple(task.starts.shape)} is needed"
+        )
     driven = torch.minimum(torch.maximum(told, task.lower), task.upper)
     rigid = tip_position(driven if end_stops else told, task.crane)
     tip = rigid + (sag or linear_sag(task.crane))(driven, task.payload)
