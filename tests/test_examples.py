@@ -13,7 +13,7 @@ MODULES = [
     for page in PAGES
     for name in re.findall(r"^\.\. automodule:: (\S+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
 ]
-NEEDS = {"dexterity.networks.onnx_models": "onnx"}
+NEEDS = {"dexterity.command": "typer", "dexterity.networks.onnx_models": "onnx"}
 """Modules whose example needs a package that is optional."""
 
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE

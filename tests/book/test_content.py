@@ -92,9 +92,9 @@ def test_chapter_ends_with_its_provenance(browser: Browser, served_root: str, pa
 
 
 def _public_modules() -> list[str]:
-    """Name all modules of the library: of `codegen` and `scenes` the public face."""
+    """Name all modules of the library: of `codegen`, `command` and `scenes` the public face."""
     names = [found.name for found in pkgutil.walk_packages(dexterity.__path__, f"{dexterity.__name__}.")]
-    inner = re.compile(r"dexterity\.(codegen|scenes)\.")
+    inner = re.compile(r"dexterity\.(codegen|command|scenes)\.")
     return [dexterity.__name__, *(name for name in names if not inner.match(name))]
 
 

@@ -1,0 +1,184 @@
+"""Subcommands of ``dexterity``: their arguments, their help, and how each error ends.
+
+The subcommands import the library when they run, so that help is there at once.
+
+Examples
+--------
+>>> from dexterity.command.application import run
+>>> run(["robots", "puma560", "--csv"])
+joint,kind,lower,upper,rate
+waist,revolute,-2.792526803...,2.792526803...,1.0
+...
+0
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+from typer.main import get_command
+
+import dexterity
+from dexterity.command.options import Configurations, IndexOptions, ReportOptions, RobotOptions, grouped
+from dexterity.command.reports import say
+
+__all__ = ["BAD_INPUT", "FAILED", "INTERRUPTED", "NEGATIVE", "application", "run"]
+
+NEGATIVE, BAD_INPUT, FAILED, INTERRUPTED = 1, 2, 3, 130
+"""Exit codes: a negative answer, an unusable argument or file, a machine that fails, and Ctrl-C."""
+
+application = typer.Typer(
+    name="dexterity",
+    help=(
+        "Dexterity of any serial robot: indices, inverse kinematics, reach maps, base placement, networks, "
+        "C code."
+    ),
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=(
+        "Exit codes: 0 an answer; 1 a negative answer, such as a pose out of reach; 2 an argument or a file "
+        "that cannot be used; 3 a machine that fails; 130 Ctrl-C, which leaves what is finished."
+    ),
+)
+
+
+def run(words: Sequence[str]) -> int:
+    """Run the command with the words behind its name, and return its exit code.
+
+    An error is a line on standard error. ``DEXTERITY_TRACEBACK=1`` raises it instead.
+    """
+    try:
+        command = get_command(application)
+        with command.make_context("dexterity", list(words)) as context:
+            code = command.invoke(context)
+        sys.stdout.flush()
+        return int(code or 0)
+    except typer.Exit as end:
+        return end.exit_code
+    except typer.TyperException as error:
+        return _end(error.format_message(), error.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        return _end("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader has seen enough, as `head` has; what is still buffered must not fail at the exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if os.environ.get("DEXTERITY_TRACEBACK"):
+            raise
+        return _end(
+            _one_line(error), BAD_INPUT if isinstance(error, ValueError | TypeError | OSError) else FAILED
+        )
+
+
+def _end(message: str, code: int) -> int:
+    # Help without a subcommand is an error without a message.
+    if message:
+        say(f"dexterity: {message}")
+    return code
+
+
+def _one_line(error: Exception) -> str:
+    text = " ".join(str(error).split()) or type(error).__name__
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return text
+
+
+def _version(wanted: bool | None) -> None:
+    if wanted:
+        typer.echo(f"dexterity {dexterity.__version__}")
+        raise typer.Exit
+
+
+@application.callback()
+def _all(
+    version: Annotated[
+        bool | None,
+        typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit."),
+    ] = None,
+) -> None:
+    pass
+
+
+INDEX = "Name or alias of an index, as `dexterity indices` lists them."
+
+
+def _examples(*lines: str) -> str:
+    return "\n\n".join(["Examples:", *(f"  dexterity {line}" for line in lines)])
+
+
+@application.command(
+    epilog=_examples("robots", "robots panda", "robots my_arm.urdf --base base_link --tip flange --json")
+)
+@grouped
+def robots(
+    *,
+    robot: Annotated[
+        str | None, typer.Argument(help="Name, URDF or robot file; all names by default.", show_default=False)
+    ] = None,
+    base: Annotated[
+        str | None, typer.Option("--base", help="Link of the URDF where the chain begins.")
+    ] = None,
+    tip: Annotated[str | None, typer.Option("--tip", help="Link of the URDF where the chain ends.")] = None,
+    form: ReportOptions,
+) -> None:
+    """List the robots of the package, or the joints of one robot."""
+    from dexterity.command import listing
+
+    form.give(listing.robots() if robot is None else listing.joints(RobotOptions(robot, base, tip).chain()))
+
+
+@application.command(epilog=_examples("indices", "indices kci"))
+@grouped
+def indices(
+    *,
+    index: Annotated[
+        str | None,
+        typer.Argument(help="Name or alias of an index; all of them by default.", show_default=False),
+    ] = None,
+    form: ReportOptions,
+) -> None:
+    """List the dexterity indices, or describe one."""
+    from dexterity.command import listing
+
+    form.give(listing.indices() if index is None else listing.measure(index))
+
+
+@application.command(
+    epilog=_examples(
+        "evaluate panda kci --q 0,-pi/4,0,-3pi/4,0,pi/2,pi/4",
+        "evaluate ur5e manipulability --file poses.csv --rows translational --csv",
+        "evaluate arm.urdf smallest_singular_value --file - --gradient --json < poses.json",
+    )
+)
+@grouped
+def evaluate(
+    *,
+    robot: RobotOptions,
+    index: Annotated[str, typer.Argument(help=INDEX, show_default=False)],
+    configurations: Configurations,
+    gradient: Annotated[
+        bool, typer.Option("--gradient", help="Derivatives by the joint values too.")
+    ] = False,
+    compiled: Annotated[
+        bool,
+        typer.Option(
+            "--compiled", help="By compiled C: some seconds once, then millions of rows per second."
+        ),
+    ] = False,
+    meaning: IndexOptions,
+    form: ReportOptions,
+) -> None:
+    """Evaluate an index at configurations."""
+    from dexterity.command import evaluation
+
+    chain = robot.chain()
+    asked = meaning.index(index, chain.joints)
+    form.give(evaluation.evaluate(chain, asked, configurations.read(chain), gradient, compiled))

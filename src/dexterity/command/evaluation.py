@@ -1,0 +1,66 @@
+"""``dexterity evaluate``: an index at configurations.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.command.evaluation import evaluate
+>>> puma, w = dx.robots.puma560(), dx.Index("manipulability")
+>>> report = evaluate(puma, w, [[0.0, 0.5, 0.25, 0.0, 0.5, 0.0]], gradient=False, compiled=False)
+>>> [round(value, 4) for value in report.columns["manipulability"]]
+[0.0087]
+"""
+
+from __future__ import annotations
+
+import torch
+
+import dexterity as dx
+from dexterity import spatial
+from dexterity.chain import Chain
+from dexterity.command.reports import Cell, Report
+from dexterity.indices import Index
+from dexterity.spatial import TensorLike
+
+__all__ = ["describe", "evaluate"]
+
+
+def evaluate(chain: Chain, index: Index, q: TensorLike, gradient: bool, compiled: bool) -> Report:
+    """Values of an index, and their derivatives by the joint values.
+
+    Parameters
+    ----------
+    chain, index
+        Robot and index.
+    q
+        (m, n) configurations.
+    gradient
+        Whether derivatives are wanted.
+    compiled
+        Whether the index is compiled to C first.
+
+    Raises
+    ------
+    ValueError
+        If the index does not fit the robot.
+    dexterity.symbolic.CompilationFailed
+        If there is no C compiler.
+    """
+    q = spatial.to_float64(q, "q").detach().requires_grad_(gradient)
+    f = dx.symbolic.compile_index(chain, index, backend="c") if compiled else index.bind(chain)
+    values = f(q)
+    columns: dict[str, list[Cell]] = {"configuration": list(range(len(values))), index.name: values.tolist()}
+    if gradient:
+        (slopes,) = torch.autograd.grad(values.sum(), q)
+        columns |= {
+            f"d/d {joint}": slope.tolist()
+            for joint, slope in zip(chain.joint_names, slopes.unbind(-1), strict=True)
+        }
+    return Report(columns, describe(chain, index))
+
+
+def describe(chain: Chain, index: Index) -> dict[str, Cell]:
+    """Say what the values of an index are, in lines above a table."""
+    facts: dict[str, Cell] = {"robot": chain.name, "index": index.title, "frame": index.frame}
+    if index.measure.unit:
+        facts["unit"] = index.measure.unit
+    return facts

@@ -1,0 +1,173 @@
+"""Answers of the command: one table of values, shown for reading, or written as CSV or JSON.
+
+Examples
+--------
+>>> from dexterity.command.reports import Report
+>>> report = Report({"configuration": [0, 1], "w": [0.25, float("inf")]}, {"robot": "puma560"})
+>>> print(report.as_csv(), end="")
+configuration,w
+0,0.25
+1,inf
+>>> print(report.as_json(), end="")
+{"robot": "puma560", "rows": [{"configuration": 0, "w": 0.25}, {"configuration": 1, "w": "Infinity"}]}
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import TypeAlias
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+__all__ = ["Cell", "Form", "Report", "check_output", "say"]
+
+Cell: TypeAlias = str | int | float | bool | None
+
+MOST_ROWS = 60
+"""Rows of a table for reading; CSV and JSON have all of them."""
+
+
+class Form(Enum):
+    """How a report is printed."""
+
+    TABLE = "table"
+    CSV = "csv"
+    JSON = "json"
+
+
+@dataclass(frozen=True)
+class Report:
+    """Columns of equal length, and facts that hold for all rows.
+
+    Attributes
+    ----------
+    columns
+        Values by the name of the column.
+    facts
+        Values by name, such as the robot and the unit: lines above a table, entries of the JSON object.
+        CSV leaves them out.
+    """
+
+    columns: Mapping[str, Sequence[Cell]]
+    facts: Mapping[str, Cell | Sequence[Cell]] = field(default_factory=dict)
+
+    def rows(self) -> Iterator[tuple[Cell, ...]]:
+        """Go through the rows."""
+        return zip(*self.columns.values(), strict=True)
+
+    def as_csv(self) -> str:
+        """Return a line of names, and a line for each row with all digits."""
+        file = io.StringIO()
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows(["" if cell is None else _plain(cell) for cell in row] for row in self.rows())
+        return file.getvalue()
+
+    def as_json(self) -> str:
+        """Return one object: the facts, and ``rows`` with an object for each row.
+
+        JSON has no infinite numbers; they are the texts ``"Infinity"``, ``"-Infinity"`` and ``"NaN"``.
+        """
+        names = list(self.columns)
+        rows = [dict(zip(names, map(_in_json, row), strict=True)) for row in self.rows()]
+        facts = {
+            name: _in_json(value) if isinstance(value, Cell) else [_in_json(item) for item in value]
+            for name, value in self.facts.items()
+        }
+        return json.dumps({**facts, "rows": rows}, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def show(self) -> None:
+        """Print the table, six digits to a number, at most 60 rows of it."""
+        console = Console(highlight=False, soft_wrap=False)
+        for name, value in self.facts.items():
+            console.print(Text(f"{name}: {_shown(value)}"), soft_wrap=True)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False)
+        rows = list(self.rows())
+        for i, name in enumerate(self.columns):
+            numbers = all(isinstance(row[i], int | float) or row[i] is None for row in rows)
+            # Names of joints and files are data: no markup in them.
+            table.add_column(Text(name), justify="right" if numbers else "left", overflow="fold")
+        for row in rows[:MOST_ROWS]:
+            table.add_row(*(Text(_shown(cell)) for cell in row))
+        console.print(table)
+        if len(rows) > MOST_ROWS:
+            console.print(f"{len(rows) - MOST_ROWS} more rows; --csv prints all {len(rows)}")
+
+    def give(self, form: Form, output: Path | None) -> None:
+        """Print the report, or write it whole to a file whose suffix names its form."""
+        if output is not None:
+            # Imported here, because it brings torch.
+            from dexterity import store
+
+            store.write_atomically(output, self.as_json() if _form_of(output) is Form.JSON else self.as_csv())
+            say(f"{output}: {_counted(len(list(self.rows())), 'row')} written")
+        elif form is Form.TABLE:
+            self.show()
+        else:
+            sys.stdout.write(self.as_csv() if form is Form.CSV else self.as_json())
+
+
+def say(text: str) -> None:
+    """Print a line beside the answer: to standard error, so that CSV and JSON stay what they are."""
+    sys.stderr.write(f"{text}\n")
+
+
+def check_output(output: Path | None) -> None:
+    """Refuse a file that could not be written, before anything is computed.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not ``.csv`` or ``.json``, or its folder does not exist.
+    """
+    if output is not None:
+        _form_of(output)
+        if not output.absolute().parent.is_dir():
+            raise ValueError(
+                f"--output is {str(output)!r}; the folder {output.absolute().parent} does not exist"
+            )
+
+
+def _form_of(output: Path) -> Form:
+    forms = {".csv": Form.CSV, ".json": Form.JSON}
+    if output.suffix.lower() not in forms:
+        raise ValueError(f"--output is {str(output)!r}; a name that ends in .csv or .json is needed")
+    return forms[output.suffix.lower()]
+
+
+def _plain(cell: Cell) -> Cell:
+    return str(cell).lower() if isinstance(cell, bool) else cell
+
+
+def _in_json(cell: Cell) -> Cell:
+    if isinstance(cell, float) and not math.isfinite(cell):
+        return "NaN" if math.isnan(cell) else "Infinity" if cell > 0 else "-Infinity"
+    return cell
+
+
+def _shown(value: Cell | Sequence[Cell]) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        # No -0 where a value is a rounded zero.
+        return f"{value + 0.0:.6g}"
+    if isinstance(value, str | int):
+        return str(value)
+    return ", ".join(_shown(item) for item in value)
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
