@@ -21,7 +21,7 @@ Examples
 >>> q = "0,0.5,0.25,0,0.5,0"
 >>> main(["evaluate", "puma560", "manipulability", "--q", q, "--csv"])
 configuration,manipulability
-0,0.008724843971...
+0,0.0087178561...
 0
 """
 

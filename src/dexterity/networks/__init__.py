@@ -10,6 +10,9 @@ Examples
 True
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.networks import (
     baselines,
     card,
@@ -84,3 +87,7 @@ __all__ = [
     "validation",
     "worst_case",
 ]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)

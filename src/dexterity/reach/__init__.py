@@ -7,6 +7,9 @@ Examples
 (216, torch.Size([25, 3]))
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.reach.positions import ball, bounds, box
 from dexterity.reach.rotation_grid import covering_radius, rotations
 from dexterity.reach.tool_poses import panel, planar_bases, pointing, seam
@@ -22,3 +25,7 @@ __all__ = [
     "rotations",
     "seam",
 ]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)
