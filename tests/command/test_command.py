@@ -136,6 +136,29 @@ def test_a_table_is_short_and_says_so(capsys, tmp_path):
     assert "40 more rows; --csv prints all 100" in shown
 
 
+def test_networks_are_listed(capsys):
+    rows = json.loads(ask(capsys, "validate", "--json"))["rows"]
+    assert tuple(row["network"] for row in rows) == dx.networks.shipped()
+    assert all(0 < row["worst case"] < 1 for row in rows)
+
+
+def test_a_network_that_holds_and_one_that_misses(capsys, tmp_path):
+    name = "uvms-manipulability-feed-forward"
+    words = [name, "--points", 2000, "--json"]
+    report = json.loads(ask(capsys, "validate", *words))
+    rows = {row["error"]: row for row in report["rows"]}
+    assert report["holds"] is True
+    assert rows["worst case found"]["here"] <= 1.05 * rows["worst case found"]["on the card"]
+    missed = json.loads(ask(capsys, "validate", *words, "--goal", 1e-6, code=1))
+    assert missed["holds"] is False
+    # The same network with one weight moved is found out by its own card.
+    network = dx.networks.load_shipped(name)
+    with torch.no_grad():
+        next(network.parameters()).mul_(1.1)
+    dx.networks.save(network, tmp_path / "moved.npz", network.card)
+    ask(capsys, "validate", tmp_path / "moved.npz", "--points", 2000, code=1)
+
+
 def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
     words = ["evaluate", "puma560", "w", "--q", "0,0.5,0.25,0,0.5,0", "--output", tmp_path / "w.csv"]
     assert ask(capsys, *words) == ""
@@ -169,6 +192,8 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["evaluate", "puma560", "velocity_ratio", "--q", "0,0,0,0,0,0"], "direction is missing"),
         (["evaluate", "missing.urdf", "w", "--q", "0"], "missing.urdf"),
         (["evaluate", "puma560", "w", "--base", "link0", "--q", "0,0,0,0,0,0"], "base"),
+        (["validate", "uvms-manipulability-feed-forwards"], "Nearest: uvms-manipulability-feed-forward"),
+        (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),
         (["robots", "--colour"], "No such option"),

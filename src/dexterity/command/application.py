@@ -182,3 +182,36 @@ def evaluate(
     chain = robot.chain()
     asked = meaning.index(index, chain.joints)
     form.give(evaluation.evaluate(chain, asked, configurations.read(chain), gradient, compiled))
+
+
+@application.command(
+    epilog=_examples(
+        "validate", "validate my_network.npz --goal 0.01", "validate my_network.npz --points 200000 --json"
+    )
+)
+@grouped
+def validate(
+    *,
+    network: Annotated[
+        str | None,
+        typer.Argument(
+            help="File, or name of a network of the package; all names by default.", show_default=False
+        ),
+    ] = None,
+    goal: Annotated[
+        float | None,
+        typer.Option("--goal", min=0, help="Relative error allowed; by default the worst case on the card."),
+    ] = None,
+    points: Annotated[int, typer.Option("--points", min=1, help="Number of fresh configurations.")] = 20_000,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the points and of the search.")] = 1,
+    form: ReportOptions,
+) -> int:
+    """Judge a network on fresh points and by a search for its worst case; exit code 1 if it misses."""
+    from dexterity.command import judging
+
+    if network is None:
+        form.give(judging.networks())
+        return 0
+    report, holds = judging.validate(network, points=points, goal=goal, seed=seed)
+    form.give(report)
+    return 0 if holds else NEGATIVE
