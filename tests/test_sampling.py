@@ -205,9 +205,9 @@ def test_a_chain_without_limits_has_no_box():
         ([0, 0], [1, 1, 1], None, "lower has 2 joints and upper 3"),
         ([[0, 0]], [1, 1], None, r"lower has shape \(1, 2\)"),
         ([], [], None, r"lower has shape \(0,\)"),
-        ([0, 0], [1, 1], 0, "levels holds 0"),
-        ([0, 0], [1, 1], 1, "levels holds 1"),
-        ([0, 0], [1, 1], [2, -3], "levels holds -3"),
+        ([0, 0], [1, 1], 0, "levels is 0"),
+        ([0, 0], [1, 1], 1, "levels is 1"),
+        ([0, 0], [1, 1], [2, -3], "levels is -3"),
         ([0, 0], [1, 0], [2, 2], "levels has 2 entries.* 1 joints that vary"),
     ],
 )
@@ -217,7 +217,7 @@ def test_an_impossible_box_is_refused(lower, upper, levels, message):
 
 
 def test_broken_levels_are_refused(annotations_unchecked):
-    with pytest.raises(ValueError, match=r"^levels holds 2\.5"):
+    with pytest.raises(TypeError, match=r"^levels is 2\.5"):
         Box([0], [1], [2.5])
 
 
@@ -563,7 +563,7 @@ DRAWS = [
 @pytest.mark.parametrize("draw", DRAWS)
 def test_no_draws_and_nothing_to_draw_are_refused(draw):
     for count in (0, -3):
-        with pytest.raises(ValueError, match=f"^count is {count}; at least 1"):
+        with pytest.raises(ValueError, match=f"^count is {count}; a whole number of at least 1"):
             draw(SMALL, count)
     with pytest.raises(ValueError, match=r"^space is a single configuration"):
         draw(Box([1, 2], [1, 2]), 5)
@@ -684,3 +684,68 @@ def test_a_space_with_too_few_configurations_is_refused():
 def test_an_unknown_method_is_refused(annotations_unchecked):
     with pytest.raises(ValueError, match=r"^method is 'random'"):
         sampling.data_sets(product, SMALL, method="random")
+
+
+# ---- numbers of numpy, and what is no number: cases of the review, faults #21 and #22 -------------------
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_whole_numbers_of_numpy_are_taken():
+    box = Box([0.0, 0.0], [1.0, 1.0], levels=np.int64(5))
+    assert box == Box([0.0, 0.0], [1.0, 1.0], levels=5)
+    assert torch.equal(sampling.sobol(box, np.int32(4), np.int64(3)), sampling.sobol(box, 4, 3))
+    assert sampling.grid(box, np.int64(2), np.uint8(7)).shape == (5, 2)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda box: sampling.sobol(box, "3", 0), "count"),
+        (lambda box: sampling.sobol(box, 3, "0"), "seed"),
+        (lambda box: sampling.sobol(box, math.nan, 0), "count"),
+        (lambda box: sampling.sobol(box, 3, 0, overhang="1"), "overhang"),
+        (lambda box: sampling.grid(box, start=2.5), "start"),
+        (lambda box: sampling.uniform(box, 2.5, torch.Generator()), "count"),
+        (lambda box: sampling.uniform(box, 2, 0), "random"),
+        (lambda box: sampling.sobol("box", 2, 0), "space"),
+        (lambda box: Box([0.0], [1.0], levels=True), "levels"),
+        (lambda box: sampling.data_sets(lambda q: q[:, 0], box, train=2.5), "train"),
+        (lambda box: sampling.data_sets(lambda q: q[:, 0], box, seed=None), "seed"),
+    ],
+)
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_what_is_no_number_is_refused_by_name(call, name):
+    with pytest.raises((TypeError, ValueError), match=f"^{name} "):
+        call(Box([0.0, 0.0], [1.0, 1.0], levels=5))
+
+
+# ---- a box about a configuration -------------------------------------------------------------------
+
+
+def limited(lower, upper):
+    screws = [[0.0, 0, 0, 0, 0, 1], [0, 0, 0, 0, 1, 0], [1, 0, 0, 0, 0, 0]]
+    return dx.Chain(screws, np.eye(4), lower=lower, upper=upper)
+
+
+def test_a_box_about_a_configuration_ends_at_the_limits():
+    chain = limited([-1.0, -2.0, 0.1], [1.0, math.inf, 0.3])
+    assert Box.around(chain, [0.9, 0.0, 0.2], 0.5) == Box([0.4, -0.5, 0.1], [1.0, 0.5, 0.3])
+    held = Box.around(chain, half_range=[0.2, 0.3, 0.05], joints=(1, 2))
+    np.testing.assert_allclose(held.lower, [0.0, -0.3, 0.15])
+    np.testing.assert_allclose(held.upper, [0.0, 0.3, 0.25])
+    assert Box.around(limited([2.0, -9.0, -9.0], [math.inf, -4.0, 9.0])).upper[0] == 2.0 + math.radians(20)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"q": [0.0, 0.0]}, r"^q has shape \(2,\)"),
+        ({"q": [2.0, 0.0, 0.2]}, r"^q is outside the limits of the chain at joint 1"),
+        ({"half_range": 0.0}, r"^half_range is 0\.0"),
+        ({"half_range": [1.0, 1.0]}, r"^half_range is"),
+        ({"joints": [3]}, r"^joints\[0\] is 3"),
+    ],
+)
+def test_a_box_that_does_not_fit_the_chain_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Box.around(limited([-1.0, -2.0, 0.1], [1.0, 2.0, 0.3]), **arguments)

@@ -33,7 +33,7 @@ import torch
 from jaxtyping import Bool, Float64, Int64
 from torch import Tensor
 
-from dexterity import robots, spatial
+from dexterity import checks, robots, spatial
 from dexterity.chain import Chain
 from dexterity.derivation import derive
 from dexterity.indices import Index
@@ -132,6 +132,9 @@ class Space(Protocol):
         """
 
 
+_DEGREES_20 = math.radians(20)
+
+
 @dataclass(frozen=True, init=False)
 class Box:
     """Configurations between limits, each joint by itself.
@@ -182,6 +185,52 @@ class Box:
             names = [name for name, free in zip(chain.joint_names, unlimited, strict=True) if free]
             raise ValueError(f"chain has unlimited joints: {', '.join(names)}; a box needs limits, give them")
         return cls(chain.lower, chain.upper, levels)
+
+    @classmethod
+    def around(
+        cls,
+        chain: Chain,
+        q: TensorLike | None = None,
+        half_range: TensorLike = _DEGREES_20,
+        joints: Sequence[int] | None = None,
+    ) -> Box:
+        """Take a part of a chain's joint limits, about a configuration.
+
+        Parameters
+        ----------
+        chain
+            The robot.
+        q
+            (n,) configuration in the middle, [rad] or [m]; by default the middle of the limits, 0 where a
+            joint has none.
+        half_range
+            How far joints go to either side, [rad] or [m]: one number, or one for each joint; 20° by default.
+            The box ends at the joint limits.
+        joints
+            Joints that vary, from 0; all by default. The others are held at `q`.
+
+        Raises
+        ------
+        ValueError
+            If `q` is outside the limits, `half_range` is not positive, or a number does not fit the chain.
+        """
+        checks.instance(chain, "chain", Chain)
+        middle = _middle_of_limits(chain) if q is None else spatial.to_float64(q, "q").detach().cpu()
+        if middle.shape != (chain.joints,):
+            raise ValueError(f"q has shape {tuple(middle.shape)}; ({chain.joints},) is needed")
+        outside = (middle < chain.lower - _ROUNDING) | (middle > chain.upper + _ROUNDING)
+        if outside.any():
+            names = [name for name, is_out in zip(chain.joint_names, outside, strict=True) if is_out]
+            raise ValueError(f"q is outside the limits of the chain at {', '.join(names)}")
+        reach = spatial.to_float64(half_range, "half_range").detach().cpu()
+        if reach.shape not in ((), (chain.joints,)) or not (reach > 0).all():
+            raise ValueError(f"half_range is {half_range}; a positive number, or one a joint, is needed")
+        varies = torch.full((chain.joints,), joints is None)
+        for i, joint in enumerate(() if joints is None else joints):
+            varies[checks.whole(joint, f"joints[{i}]", least=0, most=chain.joints - 1)] = True
+        reach = torch.where(varies, reach, 0.0)
+        middle = middle.clamp(chain.lower, chain.upper)
+        return cls(torch.maximum(middle - reach, chain.lower), torch.minimum(middle + reach, chain.upper))
 
     @property
     def joints(self) -> int:
@@ -431,7 +480,8 @@ def uniform(space: Space, count: int, random: torch.Generator) -> Float64[Tensor
     ValueError
         If `count` is not positive, or nothing varies in the space.
     """
-    _require_draw(space, count)
+    count = _require_draw(space, count)
+    checks.instance(random, "random", torch.Generator)
     return space.from_unit(torch.rand(count, space.dimensions, generator=random, dtype=torch.float64))
 
 
@@ -464,9 +514,9 @@ def sobol(space: Space, count: int, seed: int, overhang: float = 0.0) -> Float64
     ----------
     Owen (1998), Scrambling Sobol' and Niederreiter–Xing points.
     """
-    _require_draw(space, count)
-    if not 0 <= overhang < math.inf:
-        raise ValueError(f"overhang is {overhang}; 0 or a positive number is needed")
+    count = _require_draw(space, count)
+    seed = checks.whole(seed, "seed", least=-(2**63), most=2**64 - 1)
+    overhang = checks.real(overhang, "overhang", least=0)
     engine = torch.quasirandom.SobolEngine(space.dimensions, scramble=True, seed=seed)
     u = engine.draw(count, dtype=torch.float64)
     return space.from_unit((u + overhang * (u - 0.5)).clamp(0, 1))
@@ -483,6 +533,7 @@ def on_grid(space: Space, count: int, random: torch.Generator) -> Float64[Tensor
     ValueError
         If `count` is not positive, no coordinate has a grid, or the grid has fewer rows (or 2⁶³ or more).
     """
+    checks.instance(random, "random", torch.Generator)
     return _from_grid(space, count, random)[0]
 
 
@@ -506,7 +557,7 @@ def grid(space: Space, start: int = 0, stop: int | None = None) -> Float64[Tenso
         If a coordinate has no grid, or not 0 ≤ start ≤ stop ≤ its number of rows.
     """
     size = grid_size(space)
-    stop = size if stop is None else stop
+    start, stop = checks.whole(start, "start"), size if stop is None else checks.whole(stop, "stop")
     if not 0 <= start <= stop <= size:
         raise ValueError(f"start is {start} and stop {stop}; 0 ≤ start ≤ stop ≤ {size} is needed")
     return _grid_rows(space, torch.arange(start, stop))
@@ -585,11 +636,12 @@ def data_sets(
         If a number is not positive, the method is unknown, the grid has too few rows or the space too few
         configurations for sets without a common one, or what `f` returns is not finite or not (N).
     """
-    if method not in get_args(Method):
-        raise ValueError(f"method is {method!r}; {get_args(Method)} are known")
-    for name, number in {"train": train, "test": test, "validation": validation}.items():
-        if number < 1:
-            raise ValueError(f"{name} is {number}; at least 1 configuration is needed")
+    checks.choice(method, "method", get_args(Method))
+    train, test, validation = (
+        checks.whole(number, name, least=1)
+        for name, number in {"train": train, "test": test, "validation": validation}.items()
+    )
+    seed = checks.whole(seed, "seed", least=0)
     seeds = [int(state) for state in np.random.SeedSequence(seed).generate_state(3, np.uint64)]
     first, second, third = (torch.Generator().manual_seed(s) for s in seeds)
     if method == "grid":
@@ -623,26 +675,27 @@ def _vector(values: TensorLike, name: str) -> tuple[float, ...]:
     return tuple((vector + 0.0).tolist())
 
 
+def _middle_of_limits(chain: Chain) -> Tensor:
+    """Middle (n) of the limits; without limits 0, or the limit that is nearest to it."""
+    middle = (chain.lower + chain.upper) / 2
+    nearest_to_zero = torch.zeros_like(middle).clamp(chain.lower, chain.upper)
+    return torch.where(torch.isfinite(middle), middle, nearest_to_zero)
+
+
 def _number(value: float, name: str) -> float:
-    if not math.isfinite(value):
-        raise ValueError(f"{name} is {value}; a finite number is needed")
-    return float(value) + 0.0
+    return checks.real(value, name) + 0.0
 
 
 def _levels(levels: int | Sequence[int | None] | None, dimensions: int) -> tuple[int | None, ...]:
-    each = (levels,) * dimensions if levels is None or isinstance(levels, int) else tuple(levels)
+    each = tuple(levels) if isinstance(levels, Sequence | np.ndarray) else (levels,) * dimensions
     if len(each) != dimensions:
         raise ValueError(f"levels has {len(each)} entries; one for each of the {dimensions} joints that vary")
-    for level in each:
-        if level is not None and (not isinstance(level, int) or level < 2):
-            raise ValueError(f"levels holds {level!r}; a whole number of at least 2, or None, is needed")
-    return each
+    return tuple(checks.OrNone(checks.Whole(2))(level, "levels") for level in each)
 
 
 def _levels_of_steps(half_range_deg: float, step_deg: float) -> int:
-    for name, angle in {"half_range_deg": half_range_deg, "step_deg": step_deg}.items():
-        if not 0 < angle < math.inf:
-            raise ValueError(f"{name} is {angle}; a positive angle is needed")
+    half_range_deg = checks.positive(half_range_deg, "half_range_deg")
+    step_deg = checks.positive(step_deg, "step_deg")
     steps = 2 * half_range_deg / step_deg
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
         raise ValueError(f"step_deg is {step_deg}; steps that fill {2 * half_range_deg}° are needed")
@@ -669,14 +722,17 @@ def _turn(a: Tensor, b: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]:
     return a * cos - b * sin, a * sin + b * cos
 
 
-def _require_draw(space: Space, count: int) -> None:
-    if count < 1:
-        raise ValueError(f"count is {count}; at least 1 is needed")
+def _require_draw(space: Space, count: int) -> int:
+    """Return the number of configurations as an int."""
+    checks.Instance(Space)(space, "space")
+    count = checks.whole(count, "count", least=1)
     if space.dimensions == 0:
         raise ValueError("space is a single configuration; at least one joint must vary")
+    return count
 
 
 def _grid_levels(space: Space) -> tuple[int, ...]:
+    checks.Instance(Space)(space, "space")
     levels = tuple(level for level in space.levels if level is not None)
     if len(levels) < space.dimensions:
         without = space.dimensions - len(levels)
@@ -696,7 +752,7 @@ def _from_grid(
     space: Space, count: int, random: torch.Generator, taken: Tensor | None = None
 ) -> tuple[Tensor, Tensor | None]:
     """Draw configurations on the grid, none of the rows taken; return their rows too if the grid has rows."""
-    _require_draw(space, count)
+    count = _require_draw(space, count)
     if set(space.levels) == {None}:
         raise ValueError("space has no grid: no coordinate has levels")
     if None in space.levels:
