@@ -13,44 +13,57 @@ True
 from typing import TYPE_CHECKING
 
 from dexterity import lazy
-from dexterity.networks import (
-    baselines,
-    card,
-    design,
-    domain,
-    domain_export,
-    export,
-    feed_forward,
-    growth,
-    judgement,
-    levenberg_marquardt,
-    network,
-    normal_equations,
-    problem,
-    pruning,
-    radial_basis,
-    recipes,
-    rounding,
-    spaces,
-    train,
-    validation,
-    worst_case,
-)
 from dexterity.networks.card import Card
 from dexterity.networks.domain import Guarded, OutsideTrainedSpace
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.files import NetworkFileError, load, load_shipped, save, shipped
 from dexterity.networks.judgement import describe
+from dexterity.networks.ladder import Effort
+from dexterity.networks.learning import Learned, for_index, judge_again
 from dexterity.networks.network import Network, View
 from dexterity.networks.radial_basis import RadialBasis
 from dexterity.networks.recipes import Recipe, prepare
 from dexterity.networks.validation import judge
 from dexterity.networks.worst_case import Search
 
+if TYPE_CHECKING:
+    from dexterity.networks import (
+        baselines,
+        card,
+        card_page,
+        card_text,
+        comparison,
+        design,
+        domain,
+        domain_export,
+        export,
+        feed_forward,
+        growth,
+        judgement,
+        ladder,
+        learning,
+        levenberg_marquardt,
+        network,
+        normal_equations,
+        onnx_models,
+        problem,
+        pruning,
+        radial_basis,
+        radial_basis_design,
+        recipes,
+        rounding,
+        spaces,
+        train,
+        validation,
+        worst_case,
+    )
+
 __all__ = [
     "Card",
+    "Effort",
     "FeedForward",
     "Guarded",
+    "Learned",
     "Network",
     "NetworkFileError",
     "OutsideTrainedSpace",
@@ -60,24 +73,33 @@ __all__ = [
     "View",
     "baselines",
     "card",
+    "card_page",
+    "card_text",
+    "comparison",
     "describe",
     "design",
     "domain",
     "domain_export",
     "export",
     "feed_forward",
+    "for_index",
     "growth",
     "judge",
+    "judge_again",
     "judgement",
+    "ladder",
+    "learning",
     "levenberg_marquardt",
     "load",
     "load_shipped",
     "network",
     "normal_equations",
+    "onnx_models",
     "prepare",
     "problem",
     "pruning",
     "radial_basis",
+    "radial_basis_design",
     "recipes",
     "rounding",
     "save",

@@ -1,0 +1,121 @@
+"""What a network is compared with: the exact code, and fits that take no training.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.networks import comparison
+>>> from dexterity.sampling import DataSet
+>>> q = dx.sampling.sobol(dx.sampling.Box([-1, -1], [1, 1]), 64, 0)
+>>> view = dx.networks.View(2, [0, 1])
+>>> list(comparison.fits(view, DataSet(q, 2 + q[:, 0])))
+['constant', 'linear', 'cubic']
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from dexterity.networks.baselines import Constant, constant, polynomial
+from dexterity.networks.export import compile_network
+from dexterity.networks.network import Network, View
+from dexterity.networks.validation import Function
+from dexterity.sampling import DataSet
+from dexterity.timing import Machine, Timing, Way, measure, ratio
+
+__all__ = ["Times", "fits", "times"]
+
+
+def fits(view: View, train: DataSet, scale: float | None = None) -> Mapping[str, Function]:
+    """Fit a constant, and a linear and a cubic polynomial where there are rows enough for them.
+
+    Parameters
+    ----------
+    view
+        What they see of a configuration, as the network does.
+    train
+        The network's training set.
+    scale
+        What errors are divided by; the values if none is given.
+    """
+    middle = (float(train.values.min()) + float(train.values.max())) / 2
+    found: dict[str, Function] = {
+        "constant": constant(train) if scale is None else Constant(middle, train.q.shape[1])
+    }
+    for name, degree in (("linear", 1), ("cubic", 3)):
+        if math.comb(view.width + degree, degree) <= len(train.values):
+            found[name] = polynomial(view, train, degree)
+    return found
+
+
+@dataclass(frozen=True)
+class Times:
+    """Times of a configuration, measured in one run.
+
+    Attributes
+    ----------
+    exact, network
+        The exact index and the network, in `language`, on one core.
+    language
+        What both are computed in: C, or torch where there is no compiler.
+    """
+
+    exact: Timing
+    network: Timing
+    language: str
+
+    @property
+    def ratio(self) -> float:
+        """How many times as long the exact index takes as the network; 1 where the quartiles overlap."""
+        quotient = ratio(self.exact, self.network)
+        return quotient.value if quotient.distinguishable else 1.0
+
+    def entry(self) -> dict[str, Any]:
+        """Return what a card says of the times."""
+        each = {"exact": self.exact, "network": self.network}
+        return {
+            "ns_per_configuration": {
+                name: [round(1e9 * t, 1) for t in (one.lower, one.median, one.upper)]
+                for name, one in each.items()
+            },
+            "exact_over_network": str(ratio(self.exact, self.network)),
+            "both": (
+                f"{self.language}, {self.exact.configurations} configurations at once, one core; quartiles"
+            ),
+            "processor": Machine.present().processor,
+        }
+
+
+def times(
+    exact: Function, network: Network, q: Tensor, in_c: bool, rounds: int = 10, seconds: float = 0.05
+) -> Times:
+    """Measure the exact index and a network on the same configurations in one run.
+
+    Parameters
+    ----------
+    exact
+        The exact index, compiled to C if `in_c`.
+    network
+        The network.
+    q
+        (N, n) configurations, worked on at once.
+    in_c
+        Whether the network is compiled to C too.
+    rounds, seconds
+        See :func:`dexterity.timing.measure`.
+
+    Raises
+    ------
+    CompilationFailed
+        If there is no C compiler, or it fails.
+    """
+    compiled = compile_network(network) if in_c else network
+    ways = [Way("exact", lambda: exact(q), len(q)), Way("network", lambda: compiled(q), len(q))]
+    with torch.no_grad():
+        exact_time, network_time = measure(ways, rounds=rounds, seconds=seconds)
+    return Times(exact_time, network_time, "C" if in_c else "torch")
