@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from dexterity.networks import (
         baselines,
         card,
-        card_page,
         card_text,
         comparison,
         design,
@@ -73,7 +72,6 @@ __all__ = [
     "View",
     "baselines",
     "card",
-    "card_page",
     "card_text",
     "comparison",
     "describe",

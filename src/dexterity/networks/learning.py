@@ -29,7 +29,6 @@ from jaxtyping import Float64
 from torch import Tensor
 from tqdm import tqdm
 
-import dexterity
 from dexterity import checks, sampling, symbolic
 from dexterity.chain import Chain
 from dexterity.codegen.library import CompilationFailed
@@ -185,7 +184,6 @@ def for_index(
         "index": index_entry(index),
         "training": plain(effort) | {"goal": goal, "candidates": len(climbed.candidates)},
         "chosen": "smallest network that keeps the goal, by a validation set and by ascent",
-        "made_by": f"dexterity {dexterity.__version__}",
     }
     return _judged(task, climbed, effort, points, about, language)
 
