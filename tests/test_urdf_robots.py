@@ -5,6 +5,7 @@ import math
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pinocchio
 import pytest
 from numpy.testing import assert_allclose
@@ -37,6 +38,19 @@ def read_chain(robot: urdf.Model, tip: str) -> dx.Chain | None:
             return None
 
 
+def placed(model: pinocchio.Model, chain: dx.Chain, values: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """Joint values of the whole robot, the chain's as given, and where the chain's rates stand among all."""
+    q, columns = pinocchio.neutral(model), []
+    for name, value in zip(chain.joint_names, values, strict=True):
+        joint = model.joints[model.getJointId(name)]
+        # A joint without limits is a point of the unit circle there.
+        q[joint.idx_q : joint.idx_q + joint.nq] = (
+            value if joint.nq == 1 else [math.cos(value), math.sin(value)]
+        )
+        columns.append(joint.idx_v)
+    return q, columns
+
+
 def test_the_collection_is_large():
     assert len(FILES) >= 60
 
@@ -51,15 +65,8 @@ def test_all_ends_of_a_robot_move_as_in_pinocchio(rng, file):
         chain = read_chain(robot, tip)
         if chain is None:
             continue
-        joints = [model.joints[model.getJointId(name)] for name in chain.joint_names]
         values = rng.uniform(-1, 1, chain.joints)
-        q = pinocchio.neutral(model)
-        for joint, value in zip(joints, values, strict=True):
-            # A joint without limits is a point of the unit circle there.
-            q[joint.idx_q : joint.idx_q + joint.nq] = (
-                value if joint.nq == 1 else [math.cos(value), math.sin(value)]
-            )
-        columns = [joint.idx_v for joint in joints]
+        q, columns = placed(model, chain, values)
         pinocchio.computeJointJacobians(model, data, q)
         pinocchio.updateFramePlacements(model, data)
         frame = model.getFrameId(tip, pinocchio.FrameType.BODY)
@@ -71,7 +78,9 @@ def test_all_ends_of_a_robot_move_as_in_pinocchio(rng, file):
         ):
             J = pinocchio.getFrameJacobian(model, data, frame, theirs)
             assert_allclose(ours(values), J[:, columns], rtol=0, atol=1e-13)
-        for joint, lower, upper in zip(joints, chain.lower.tolist(), chain.upper.tolist(), strict=True):
+        limits = zip(chain.joint_names, chain.lower.tolist(), chain.upper.tolist(), strict=True)
+        for name, lower, upper in limits:
+            joint = model.joints[model.getJointId(name)]
             if joint.nq == 1:
                 assert (lower, upper) == (
                     model.lowerPositionLimit[joint.idx_q],
@@ -79,3 +88,19 @@ def test_all_ends_of_a_robot_move_as_in_pinocchio(rng, file):
                 )
             else:
                 assert (lower, upper) == (-math.inf, math.inf)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_the_mass_matrix_to_the_last_end_of_a_robot_is_pinocchios(rng, file):
+    """What moves with a link counts, all joints beside the chain at zero and at rest."""
+    model = pinocchio.buildModelFromUrdf(str(FILES[file]))
+    robot = urdf.read(FILES[file])
+    for tip in robot.leaves()[-1:]:
+        chain = read_chain(robot, tip)
+        if chain is None or chain.inertias is None:
+            continue
+        values = rng.uniform(-1, 1, chain.joints)
+        q, columns = placed(model, chain, values)
+        M = np.triu(pinocchio.crba(model, model.createData(), q))
+        M = (M + np.triu(M, 1).T)[np.ix_(columns, columns)]
+        assert_allclose(chain.mass_matrix(values), M, rtol=1e-9, atol=1e-12 * abs(M).max())

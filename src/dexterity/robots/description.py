@@ -136,7 +136,8 @@ def read_description(path: Path | str) -> Description:
         raise TypeError(f"path is {path!r}; the path of a robot file is needed")
     path = Path(path)
     try:
-        return _description(_toml(path))
+        with torch.device("cpu"):
+            return _description(_toml(path))
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{path.name} is not a robot file: {error}") from error
 
@@ -195,10 +196,11 @@ def build(
         if rates.shape != (joints,):
             raise ValueError(f"rates has shape {tuple(rates.shape)}; ({joints},) is needed")
         vehicle_rates, arm_rates = rates[:6], rates[6:]
-    arm = _arm(description, chosen, title, arm_rates)
-    if description.vehicle_size is None:
-        return arm
-    return arm.on_vehicle(torch.eye(4, dtype=torch.float64), name=title, rates=vehicle_rates)
+    with torch.device("cpu"):
+        arm = _arm(description, chosen, title, arm_rates)
+        if description.vehicle_size is None:
+            return arm
+        return arm.on_vehicle(torch.eye(4, dtype=torch.float64), name=title, rates=vehicle_rates)
 
 
 # ---- reading ---------------------------------------------------------------------------------------

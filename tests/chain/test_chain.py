@@ -272,9 +272,17 @@ def test_denavit_hartenberg_entries_are_zero_and_revolute_where_left_out():
         ({"rows": []}, "rows is empty"),
         ({"rows": [{}, {"offset": 1}]}, r"rows\[1\] holds \['offset'\]"),
         ({"rows": [{"kind": "helical"}]}, r"rows\[0\] has kind 'helical'"),
-        ({"rows": [{"alpha": "90"}]}, r"rows\[0\].alpha is '90'"),
-        ({"rows": [{"a": math.nan}]}, r"rows\[0\].a is not finite"),
-        ({"rows": [{"d": True}]}, r"rows\[0\].d is True"),
+        ({"rows": [{"alpha": "90"}]}, r"rows\[0\].alpha is '90'; a finite number is needed"),
+        ({"rows": [{"a": math.nan}]}, r"rows\[0\].a is nan; a finite number is needed"),
+        ({"rows": [{"d": True}]}, r"rows\[0\].d is True; a finite number is needed"),
+        ({"rows": [{"alpha": 90}]}, r"rows\[0\].alpha is 90 rad, more than a full turn.*math.radians\(90\)"),
+        ({"rows": [{}, {"theta": -7}]}, r"rows\[1\].theta is -7 rad"),
+        ({"rows": [(0, 0.3, 0, 1.57)]}, r"rows\[0\] is \(0, 0.3, 0, 1.57\); a mapping is needed, such as"),
+        ({"rows": np.zeros((2, 4))}, r"rows\[0\] is an array of shape \(4,\); a mapping is needed"),
+        ({"rows": {"a": 1}}, r"rows is {'a': 1}; a sequence of mappings"),
+        ({"rows": 3}, r"rows is 3; a sequence of mappings"),
+        ({"rows": [{}], "modified": "yes"}, "modified is 'yes'; True or False"),
+        ({"rows": [{}], "tool": [0, 0, 0.1]}, r"tool has shape \(3,\); .*dexterity.spatial.translation"),
         ({"rows": [{}], "base": 2 * np.eye(4)}, "base is not a rigid-body pose"),
         ({"rows": [{}], "tool": np.eye(3)}, "tool has shape"),
         ({"rows": [{}], "base": np.stack([np.eye(4)] * 2)}, r"base has shape \(2, 4, 4\)"),
@@ -282,8 +290,9 @@ def test_denavit_hartenberg_entries_are_zero_and_revolute_where_left_out():
         ({"rows": [{}], "rates": [-1]}, "rates must be finite and not negative"),
     ],
 )
+@pytest.mark.usefixtures("annotations_unchecked")
 def test_bad_denavit_hartenberg_rows_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=f"^{message}"):
+    with pytest.raises((TypeError, ValueError), match=f"^{message}"):
         dx.Chain.from_dh(**arguments)
 
 
@@ -384,11 +393,21 @@ def test_a_copy_is_the_same_chain(rng, chain):
 
 
 def test_a_chain_says_what_it_is():
-    arm = dx.Chain.from_dh([{}, {"kind": "prismatic"}], name="arm")
-    assert repr(arm) == "Chain('arm', 2 joints: joint 1, joint 2)"
-    assert arm.lower.tolist() == [-math.inf] * 2
-    assert arm.upper.tolist() == [math.inf] * 2
-    assert arm.rates.tolist() == [1, 1]
+    arm = dx.Chain.from_dh(
+        [{"a": 0.5}, {"kind": "prismatic"}, {}], name="arm", lower=[-1, 0, -math.inf], upper=[1, 0.25, 2],
+        rates=[2, 1, 0],
+    )  # fmt: skip
+    assert repr(arm).splitlines() == [
+        "Chain('arm', 3 joints, tool at (0.5, 0, 0) m)",
+        "  joint 1  revolute   -1 to 1 rad    2 rad/s",
+        "  joint 2  prismatic  0 to 0.25 m    1 m/s",
+        "  joint 3  revolute   -inf to 2 rad  locked (rate 0)",
+    ]
+    assert repr(dx.Chain.from_dh([{}])).splitlines() == [
+        "Chain('chain', 1 joint, tool at (0, 0, 0) m)",
+        "  joint 1  revolute  without limits  1 rad/s",
+    ]
+    assert dx.Chain.from_dh([{}]).rates.tolist() == [1]
 
 
 # ---- bad input, each with an error that names the argument -----------------------------------------
@@ -426,7 +445,7 @@ def test_joint_values_that_are_no_real_numbers_are_refused(method, q):
         getattr(UVMS, method)(q)
 
 
-off_unit = st.floats(0.01, 100).filter(lambda length: abs(length - 1) > 1e-6)
+off_unit = st.floats(0.01, 100).filter(lambda length: abs(length - 1) > 1.1e-5)
 
 
 @given(joint=st.integers(0, 11), length=off_unit)
@@ -445,7 +464,7 @@ def test_a_screw_of_zeros_is_refused(joint):
         dx.Chain(screws, np.eye(4))
 
 
-@given(joint=st.integers(3, 11), pitch=st.floats(-10, 10).filter(lambda pitch: abs(pitch) > 1e-6))
+@given(joint=st.integers(3, 11), pitch=st.floats(-10, 10).filter(lambda pitch: abs(pitch) > 3e-5))
 def test_a_helical_pitch_is_refused(joint, pitch):
     screws = UVMS.screws
     screws[joint, :3] += pitch * screws[joint, 3:]
