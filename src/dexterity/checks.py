@@ -108,6 +108,8 @@ class Whole:
             number = operator.index(plain)
         except TypeError:
             raise TypeError(f"{name} is {shown(value)}; {self._needed()} is needed") from None
+        if number.bit_length() > 63:
+            raise ValueError(f"{name} is {shown(number)}; {self._needed()} is needed, in 64 bits")
         low = self.least is not None and number < self.least
         if low or (self.most is not None and number > self.most) or (self.odd and number % 2 == 0):
             raise ValueError(f"{name} is {shown(number)}; {self._needed()} is needed")
