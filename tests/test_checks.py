@@ -172,7 +172,7 @@ def test_what_an_error_shows_is_one_short_line(value):
     assert checks.shown(10**5000) == "a whole number of 16610 bits"
 
 
-@pytest.mark.parametrize("value", [10**400, -(10**5000), 2**63])
+@pytest.mark.parametrize("value", [10**400, -(10**5000), 2**63], ids=checks.shown)
 def test_a_whole_number_beyond_64_bits_is_refused(value):
     with pytest.raises(ValueError, match=r"^count is .*; a whole number is needed, in 64 bits$"):
         checks.whole(value, "count")

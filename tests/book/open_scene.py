@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from playwright.sync_api import Frame, Locator, Page
-from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
 SECONDS_TO_DRAW = 30
 SECONDS_TO_MOVE = 10
@@ -82,9 +81,8 @@ def open_scene(page: str, element: Locator) -> OpenScene:
     handle = element.element_handle()
     frame = handle and handle.content_frame()
     assert frame, f"{title} is no frame"
-    try:
-        frame.wait_for_function("document.title === 'scene-ready'", timeout=1000 * SECONDS_TO_DRAW)
-    except PlaywrightTimeout:
+    # Asked from outside, because the scene lets nobody evaluate a text in it.
+    if not soon(lambda: frame.title() == "scene-ready", SECONDS_TO_DRAW):
         said = f"{frame.title()}: {frame.inner_text('body')[:200]}"
         pytest.fail(f"{title} is not drawn after {SECONDS_TO_DRAW} s; it says {said}")
     return OpenScene(title, element, frame)
@@ -95,9 +93,9 @@ def scrolled(page: Page) -> float:
     return page.evaluate("scrollY")
 
 
-def soon(holds: Callable[[], bool]) -> bool:
+def soon(holds: Callable[[], bool], seconds: float = SECONDS_TO_MOVE) -> bool:
     """Whether a condition comes to hold within some seconds."""
-    end = time.monotonic() + SECONDS_TO_MOVE
+    end = time.monotonic() + seconds
     while time.monotonic() < end:
         if holds():
             return True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from dexterity import spatial
 from dexterity.spatial import TensorLike
 
-__all__ = ["Array", "bar_lengths", "finite_array", "positive", "rigid"]
+__all__ = ["Array", "bar_lengths", "finite_array", "rigid"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -31,13 +30,6 @@ def rigid(poses: TensorLike, name: str, shape: tuple[int, ...] = (4, 4)) -> Arra
     T = finite_array(poses, name, shape)
     spatial.require_rigid(T, name)
     return T
-
-
-def positive(value: float, name: str) -> float:
-    """Return a number that is finite and above zero."""
-    if not (math.isfinite(value) and value > 0):
-        raise ValueError(f"{name} is {value}; a positive number is needed")
-    return float(value)
 
 
 def bar_lengths(ends: Array, name: str) -> Array:

@@ -22,10 +22,18 @@ def camera_axes(view_from: Array) -> Array:
     """
     if not view_from.any():
         raise ValueError("view_from is zero; a direction from the scene to the camera is needed")
-    back = view_from / np.linalg.norm(view_from)
+    # By a power of two, which changes no digit, so that no square is too large or too small.
+    back = np.ldexp(view_from, -int(np.frexp(np.abs(view_from).max())[1]))
+    back = back / np.linalg.norm(back)
     right = np.array([-back[1], back[0], 0.0])
     slant = np.linalg.norm(right)
-    right = right / slant if slant > 1e-9 else np.array([1.0, 0.0, 0.0])
+    if slant <= 1e-9:  # straight from above or below
+        back, right, slant = (
+            np.array([0.0, 0.0, np.sign(back[2])]),
+            np.array([1.0, 0.0, 0.0]),
+            np.float64(1.0),
+        )
+    right = right / slant
     return np.array([right, np.cross(back, right), back])
 
 

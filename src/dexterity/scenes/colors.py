@@ -52,7 +52,7 @@ def hex_color(color: str) -> str:
     """
     try:
         return matplotlib.colors.to_hex(COLORS.get(color, color))
-    except ValueError:
+    except (ValueError, TypeError):
         raise ValueError(f"color is {color!r}; {', '.join(COLORS)} are known, and '#rrggbb'") from None
 
 

@@ -12,7 +12,7 @@ from dexterity.chain import Chain
 from dexterity.scenes.arguments import Array
 from dexterity.scenes.motion import JointMotion, joint_motion
 
-__all__ = ["DrawnChain", "axis_frame", "chain_frames", "in_world"]
+__all__ = ["DrawnChain", "axis_frame", "chain_frames", "in_world", "node_name"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,8 @@ class DrawnChain:
 
 def chain_frames(chain: Chain, q: Array, name: str) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Frames link0/joint0/link1/… of a chain below `name`, and the paths of those that its joints move."""
-    frames, path = {name: np.eye(4)}, name
+    path = node_name(name)
+    frames = {path: np.eye(4)}
     joints: list[str] = []
     links = chain.link_transforms.numpy()
     for i, kind in enumerate(chain.kinds):
@@ -57,6 +58,23 @@ def chain_frames(chain: Chain, q: Array, name: str) -> tuple[dict[str, Array], t
         joints.append(path)
     frames[f"{path}/link{chain.joints}"] = links[-1]
     return frames, tuple(joints)
+
+
+def node_name(name: str) -> str:
+    """Name of the viewer's node for a name of the scene.
+
+    Names that mean something to every object of ECMAScript, or to the viewer, get an invisible letter, which
+    no name of a scene has.
+    """
+    return f"{name}\u2060" if name.startswith("__") or name in _TAKEN else name
+
+
+_TAKEN = frozenset(
+    {
+        *("<object>", "constructor", "hasOwnProperty", "isPrototypeOf", "propertyIsEnumerable"),
+        *("toLocaleString", "toString", "valueOf"),
+    }
+)
 
 
 def axis_frame(chain: Chain, joint: int) -> tuple[int, Array]:

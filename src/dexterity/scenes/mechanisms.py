@@ -25,9 +25,11 @@ from typing import TypeAlias
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from dexterity import checks
 from dexterity.scenes import shapes
-from dexterity.scenes.arguments import Array, finite_array, positive, rigid
+from dexterity.scenes.arguments import Array, finite_array, rigid
 from dexterity.scenes.colors import hex_color
+from dexterity.scenes.frames import node_name
 from dexterity.scenes.shapes import Shape
 
 __all__ = ["Body", "Drive", "Mechanism", "Slider", "assembled", "labelled", "names_by_color"]
@@ -135,14 +137,16 @@ def labelled(sliders: Sequence[Slider]) -> dict[str, Slider]:
     """Sliders by label, if each is as it should be."""
     by_label: dict[str, Slider] = {}
     for slider in sliders:
-        if not slider.label or slider.label in by_label:
-            raise ValueError(f"sliders hold {slider.label!r}, which is no label or there already")
+        checks.instance(slider, "sliders", Slider)
+        if checks.name(slider.label, "sliders") in by_label:
+            raise ValueError(f"sliders hold {slider.label!r}, which is there already")
         values = finite_array(slider.values, f"sliders {slider.label!r} values", (-1,))
         if len(values) < 2 or not (np.diff(values) > 0).all():
             raise ValueError(f"sliders {slider.label!r} has values that do not grow; two or more are needed")
-        if not values[0] <= slider.start <= values[-1]:
-            raise ValueError(f"sliders {slider.label!r} starts at {slider.start}, outside of its values")
-        by_label[slider.label] = Slider(slider.label, values, float(slider.start))
+        start = checks.real(slider.start, f"sliders {slider.label!r} start")
+        if not values[0] <= start <= values[-1]:
+            raise ValueError(f"sliders {slider.label!r} starts at {start}, outside of its values")
+        by_label[slider.label] = Slider(slider.label, values, start)
     return by_label
 
 
@@ -159,17 +163,18 @@ _Assembly: TypeAlias = tuple[dict[str, Array], dict[str, Drive], list[Shape]]
 
 def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) -> _Assembly:
     """Frames of bodies at first and what moves them, by path, and their shapes."""
-    paths = {"": name}
+    paths = {"": node_name(name)}
     frames: dict[str, Array] = {}
     drives: dict[str, Drive] = {}
     drawn: list[Shape] = []
     for body in bodies:
+        checks.instance(body, "bodies", Body)
         argument = f"bodies {body.name!r}"
-        if not body.name or "/" in body.name or body.name in paths:
+        if "/" in checks.name(body.name, "bodies") or body.name in paths:
             raise ValueError(f"{argument} is no name without a slash, or there already")
         if body.on not in paths:
             raise ValueError(f"{argument} is on {body.on!r}, which does not come before it")
-        path = paths[body.name] = f"{paths[body.on]}/{body.name}"
+        path = paths[body.name] = f"{paths[body.on]}/{node_name(body.name)}"
         if body.slider:
             if body.slider not in sliders:
                 raise ValueError(f"{argument} has the slider {body.slider!r}; there are {sorted(sliders)}")
@@ -182,10 +187,12 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
         pins = finite_array(body.pins, f"{argument} pins", (-1, 3))
         if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
             raise ValueError(f"{argument} has a rod without length")
-        radius = positive(body.radius, f"{argument} radius")
+        radius = checks.positive(body.radius, f"{argument} radius")
         drawn += shapes.rods(path, rods, pins, radius, hex_color(body.color))
         points = {
-            text: finite_array(point, f"{argument} letters {text!r}", (3,))
+            checks.name(text, f"{argument} letters"): finite_array(
+                point, f"{argument} letters {text!r}", (3,)
+            )
             for text, point in body.letters.items()
         }
         drawn += shapes.letters(path, points)

@@ -13,10 +13,12 @@ True
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import resources
 from string import Template
 
@@ -60,11 +62,13 @@ def iframe(
     """
     swatch = '<i style="background:{0}" data-color="{0}"></i>'
     entries = [f"{swatch.format(color)}{html.escape(text)}" for text, color in legend.items()]
+    script = "\n" + _dense(_text("panel.js") + _text("viewer.js")) + "\n"
     page = Template(_text("scene.html")).substitute(
+        policy=_policy(script),
         title=html.escape(title),
         alt=html.escape(f"{title}: {parts}"),
         style=_dense(_text("scene.css")),
-        script=_dense(_text("panel.js") + _text("viewer.js")),
+        script=script.strip("\n"),
         legend="".join(f"<li>{entry}</li>" for entry in [*entries, *map(html.escape, remarks)]),
         still=base64.b64encode(still).decode(),
         commands=commands,
@@ -96,9 +100,26 @@ def standalone(shown: str) -> str:
     shown
         HTML with any number of scenes, such as the output of a notebook's cell. The rest stays as it is.
     """
-    script = (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_bytes()
-    inlined = base64.b64encode(zlib.compress(script, 9)).decode()
+    inlined = base64.b64encode(zlib.compress(_viewer(), 9)).decode()
     return shown.replace(_quoted(_EMPTY), _quoted(_EMPTY.replace("><", f">{inlined}<")))
+
+
+def _policy(script: str) -> str:
+    """Let the page run its script and the viewer that this one loads, and nothing that stands in a name."""
+    hashes = (
+        base64.b64encode(hashlib.sha256(text).digest()).decode() for text in (script.encode(), _viewer())
+    )
+    scripts = " ".join(f"'sha256-{each}'" for each in hashes)
+    allowed = (
+        f"default-src 'none'; script-src {scripts} 'strict-dynamic'; style-src 'unsafe-inline'; "
+        "img-src data: blob:; font-src data:"
+    )
+    return f'<meta http-equiv="Content-Security-Policy" content="{allowed}">'
+
+
+@cache
+def _viewer() -> bytes:
+    return (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_bytes()
 
 
 _EMPTY = '<script id="inlined-viewer" type="text/plain"></script>'

@@ -18,13 +18,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from dexterity import checks
 from dexterity.chain import Chain
+from dexterity.checks import Instance
 from dexterity.indices import Ellipsoid
 from dexterity.scenes import page, shapes, still, viewer
-from dexterity.scenes.arguments import Array, bar_lengths, finite_array, positive, rigid
+from dexterity.scenes.arguments import Array, bar_lengths, finite_array, rigid
 from dexterity.scenes.camera import View, camera_axes
 from dexterity.scenes.colors import AXIS_COLORS, TRIAD_COLOR, hex_color
-from dexterity.scenes.frames import DrawnChain, axis_frame, chain_frames, in_world
+from dexterity.scenes.frames import DrawnChain, axis_frame, chain_frames, in_world, node_name
 from dexterity.scenes.mechanisms import Body, Mechanism, Slider, assembled, labelled, names_by_color
 from dexterity.scenes.motion import BarMotion, JointMotion
 from dexterity.scenes.page import Html
@@ -51,17 +53,14 @@ class Scene:
 
     Raises
     ------
-    ValueError
-        If the title is empty, the height is not positive, or the direction is zero or not finite.
+    ValueError, TypeError
+        If the title is no printable text, the height is no whole number from 1 to 10 000, or the direction is
+        zero or not finite.
     """
 
     def __init__(self, title: str, *, height: int = 420, view_from: TensorLike = (1.0, 0.5, 0.5)) -> None:
-        if not title.strip():
-            raise ValueError("title is empty; it must say what the scene shows")
-        if height <= 0:
-            raise ValueError(f"height is {height}; a positive number of pixels is needed")
-        self._title = title
-        self._height = height
+        self._title = checks.name(title, "title")
+        self._height = checks.whole(height, "height", least=1, most=10_000)
         self._camera_axes = camera_axes(finite_array(view_from, "view_from", (3,)))
         self._names: list[str] = []
         self._frames: dict[str, Array] = {}
@@ -118,9 +117,11 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken or holds a slash, `q` does not fit the chain or is not finite, or the
-            colour is unknown.
+            If the name is no printable text, is taken or holds a slash, `q` does not fit the chain or is not
+            finite, or the colour is unknown.
         """
+        checks.instance(chain, "chain", Chain)
+        checks.flag(axes, "axes")
         q = finite_array(q, "q", (chain.joints,))
         color = hex_color(color)
         name = self._new_name(chain.name if name is None else name)
@@ -169,11 +170,12 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken or holds a slash; a body is there twice, is carried by one that does not
-            come before it, has a slider that is not there, other than one pose for each of its values, a
-            pose that is not rigid, a rod without length or no positive radius, or turns by π/2 or more from
-            one value to the next; a slider is there twice, moves nothing, has less than two values, values
-            that do not grow, or starts outside of them; a colour is unknown, or `pose` is no rigid pose.
+            If the name is no printable text, is taken or holds a slash; a body is there twice, is carried by
+            one that does not come before it, has a slider that is not there, other than one pose for each of
+            its values, a pose that is not rigid, a rod without length or no positive radius, or turns by π/2
+            or more from one value to the next; a slider is there twice, moves nothing, has less than two
+            values, values that do not grow, or starts outside of them; a colour is unknown, or `pose` is no
+            rigid pose.
         """
         T = np.eye(4) if pose is None else rigid(pose, "pose")
         by_label = labelled(sliders)
@@ -181,8 +183,7 @@ class Scene:
         idle = by_label.keys() - {body.slider for body in bodies}
         if idle:
             raise ValueError(f"sliders hold {sorted(idle)}, which move nothing")
-        self._new_name(name)
-        self._add_frame(name, T)
+        self._add_frame(self._new_node(name), T)
         self._frames |= frames
         self._shapes += drawn
         self._legend |= names_by_color(bodies)
@@ -217,8 +218,8 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken, `size` is not three positive lengths, `on` names no chain, `joint` is not
-            one of its joints, or `pose` is not a rigid pose.
+            If the name is no printable text or is taken, `size` is not three positive lengths, `on` names no
+            chain, `joint` is not one of its joints, or `pose` is not a rigid pose.
         """
         lengths = finite_array(size, "size", (3,))
         if (lengths <= 0).any():
@@ -228,12 +229,11 @@ class Scene:
         parent = ""
         if on is not None:
             drawn = self._drawn(on, "on")
-            if not 1 <= joint <= drawn.chain.joints:
-                raise ValueError(f"joint is {joint}; {on} has joints 1 to {drawn.chain.joints}")
+            joint = checks.whole(joint, "joint", least=1, most=drawn.chain.joints)
             parent = f"{drawn.joints[joint - 1]}/"
             at_zero = drawn.chain.joint_frames(np.zeros(drawn.chain.joints))[joint - 1].numpy()
             T = np.linalg.inv(at_zero) @ T
-        frame = self._add_frame(f"{parent}{self._new_name(name)}", T)
+        frame = self._add_frame(f"{parent}{self._new_node(name)}", T)
         self._shapes += shapes.box(frame, lengths, color)
         self._legend[name] = color
 
@@ -263,9 +263,10 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken, the ellipsoid is not of shape (3, 3) and (3,), is unbounded or is a
-            point, `center` is not a finite point, or `scale` is not positive.
+            If the name is no printable text or is taken, the ellipsoid is not of shape (3, 3) and (3,), is
+            unbounded or is a point, `center` is not a finite point, or `scale` is not positive.
         """
+        checks.instance(ellipsoid, "ellipsoid", Ellipsoid)
         axes = finite_array(ellipsoid.axes, "ellipsoid.axes", (3, 3))
         semi_axes = finite_array(ellipsoid.semi_axes, "ellipsoid.semi_axes", (3,))
         if not semi_axes.max() > 0:
@@ -274,9 +275,9 @@ class Scene:
         T[:3, 3] = finite_array(center, "center", (3,))
         # Either sense of the third axis gives the same ellipsoid; this one makes T a rotation.
         T[:3, :3] = np.column_stack([axes[:, 0], axes[:, 1], np.cross(axes[:, 0], axes[:, 1])])
-        lengths = positive(scale, "scale") * semi_axes
+        lengths = checks.positive(scale, "scale") * semi_axes
         color = hex_color(color)
-        frame = self._add_frame(self._new_name(name), T)
+        frame = self._add_frame(self._new_node(name), T)
         self._shapes += shapes.ellipsoid(frame, lengths, color)
         self._legend[f"{name}, {scale:g} : 1"] = color
 
@@ -293,14 +294,15 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken, or `points` is not of that shape, not finite, or a single place.
+            If the name is no printable text or is taken, or `points` is not of that shape, not finite, or a
+            single place.
         """
         points = finite_array(points, "points", (-1, 3))
         moved = (np.diff(points, axis=0) != 0).any(axis=1)
         if not moved.any():
             raise ValueError("points are a single place; a path needs at least two different ones")
         color = hex_color(color)
-        frame = self._add_frame(self._new_name(name), np.eye(4))
+        frame = self._add_frame(self._new_node(name), np.eye(4))
         self._shapes += shapes.path(frame, points[np.append(True, moved)], color)
         self._legend[name] = color
 
@@ -321,14 +323,14 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken, `points` is not of that shape, not finite or empty, or the size is not
-            positive.
+            If the name is no printable text or is taken, `points` is not of that shape, not finite or empty,
+            or the size is not positive.
         """
         points = finite_array(points, "points", (-1, 3))
         if not len(points):
             raise ValueError("points is empty; one or more are needed")
-        size, color = positive(size, "size"), hex_color(color)
-        frame = self._add_frame(self._new_name(name), np.eye(4))
+        size, color = checks.positive(size, "size"), hex_color(color)
+        frame = self._add_frame(self._new_node(name), np.eye(4))
         self._shapes += shapes.dots(frame, points, size, color)
         self._legend[name] = color
 
@@ -345,12 +347,17 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken, there are no points, or one is not of that shape or not finite.
+            If the name is no printable text or is taken, there are no points, or one is not of that shape or
+            not finite.
         """
+        Instance(Mapping)(points, "points")
         if not points:
             raise ValueError("points is empty; one or more are needed")
-        places = {text: finite_array(point, f"points {text!r}", (3,)) for text, point in points.items()}
-        frame = self._add_frame(self._new_name(name), np.eye(4))
+        places = {
+            checks.name(text, "points"): finite_array(point, f"points {text!r}", (3,))
+            for text, point in points.items()
+        }
+        frame = self._add_frame(self._new_node(name), np.eye(4))
         self._shapes += shapes.letters(frame, places)
 
     def add_bars(self, name: str, ends: TensorLike, *, radius: float = 0.02, color: str = "#64748B") -> None:
@@ -370,19 +377,19 @@ class Scene:
         Raises
         ------
         ValueError
-            If the name is taken, `ends` is not of that shape, not finite or empty, a bar has no length, or
-            the radius is not positive.
+            If the name is no printable text or is taken, `ends` is not of that shape, not finite or empty, a
+            bar has no length, or the radius is not positive.
         """
         ends = finite_array(ends, "ends", (-1, 2, 3))
         if not len(ends):
             raise ValueError("ends is empty; one bar or more are needed")
         lengths = bar_lengths(ends, "ends")
-        radius, color = positive(radius, "radius"), hex_color(color)
-        self._add_frame(self._new_name(name), np.eye(4))
+        radius, color = checks.positive(radius, "radius"), hex_color(color)
+        self._add_frame(self._new_node(name), np.eye(4))
         self._bars[name] = ends
         for i, length in enumerate(lengths.tolist()):
             (pose,) = BarMotion.of(ends[None, i], length, 1.0).poses()
-            frame = self._add_frame(f"{name}/bar{i}", pose)
+            frame = self._add_frame(f"{node_name(name)}/bar{i}", pose)
             self._shapes += shapes.bar(frame, length, radius, color)
         self._legend[name] = color
 
@@ -413,7 +420,7 @@ class Scene:
         frames = finite_array(q_frames, "q_frames", (-1, drawn.chain.joints))
         if len(frames) < 2:
             raise ValueError(f"q_frames has {len(frames)} frames; at least two are needed")
-        speed = positive(frames_per_second, "frames_per_second")
+        speed = checks.positive(frames_per_second, "frames_per_second")
         self._motions |= drawn.motions(frames, speed, "q_frames")
 
     def add_sliders(self, name: str) -> None:
@@ -459,14 +466,14 @@ class Scene:
         """
         if name not in self._bars:
             raise ValueError(f"name is {name!r}; the bars of this scene are {sorted(self._bars)}")
-        paths = [f"{name}/bar{i}" for i in range(len(self._bars[name]))]
+        paths = [f"{node_name(name)}/bar{i}" for i in range(len(self._bars[name]))]
         if any(path in self._motions for path in paths):
             raise ValueError(f"name is {name!r}, which has an animation already")
         ends = finite_array(frames, "frames", (-1, len(paths), 2, 3))
         if len(ends) < 2:
             raise ValueError(f"frames has {len(ends)} frames; at least two are needed")
         bar_lengths(ends, "frames")
-        speed = positive(frames_per_second, "frames_per_second")
+        speed = checks.positive(frames_per_second, "frames_per_second")
         at_rest = bar_lengths(self._bars[name], "ends").tolist()
         motions = [BarMotion.of(ends[:, i], length, speed) for i, length in enumerate(at_rest)]
         moves = (ends != self._bars[name]).any(axis=(0, 2, 3))
@@ -481,12 +488,10 @@ class Scene:
 
         Raises
         ------
-        ValueError
-            If the remark is empty.
+        ValueError, TypeError
+            If the remark is no printable text.
         """
-        if not text.strip():
-            raise ValueError("text is empty; a remark is needed")
-        self._remarks.append(text)
+        self._remarks.append(checks.name(text, "text"))
 
     def look_at(self, low: TensorLike, high: TensorLike) -> None:
         """Let the camera look at a box alone, and not at all that is in the scene.
@@ -551,12 +556,15 @@ class Scene:
     # ---- its parts --------------------------------------------------------------------------------
 
     def _new_name(self, name: str) -> str:
-        if not name or "/" in name:
+        if "/" in checks.name(name, "name"):
             raise ValueError(f"name is {name!r}; letters without a slash are needed")
         if name in self._names:
             raise ValueError(f"name is {name!r}, which is taken in this scene")
         self._names.append(name)
         return name
+
+    def _new_node(self, name: str) -> str:
+        return node_name(self._new_name(name))
 
     def _drawn(self, name: str, argument: str) -> DrawnChain:
         if name not in self._chains:

@@ -266,7 +266,8 @@ class Label(Shape):
         ((x, y, _),) = np.round(view.project(self.places(T)), 1)
         ground = {"boxstyle": "square,pad=0.1", "facecolor": "#EEF1F4", "alpha": 0.7, "linewidth": 0}
         letters = {"ha": "center", "va": "center", "fontsize": 13, "color": "#1F2933"}
-        axes.text(x, y, self.text, letters, bbox=ground, zorder=order)
+        # A dollar sign is a letter here, and begins no formula.
+        axes.text(x, y, self.text, letters, bbox=ground, zorder=order, parse_math=False)
 
 
 # ---- what scenes are made of ----------------------------------------------------------------------
