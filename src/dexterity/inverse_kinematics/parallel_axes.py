@@ -1,20 +1,22 @@
-r"""All configurations of six-joint arms with three parallel axes in the middle, such as those of Universal Robots.
+r"""All configurations of six-joint arms with three parallel axes, such as those of Universal Robots.
 
-With axes 2, 3 and 4 along a, and :math:`g = T M^{-1} = e^{\hat S_1 q_1} \cdots e^{\hat S_6 q_6}`, the motion
-:math:`P = e^{-\hat S_1 q_1} g\, e^{-\hat S_6 q_6} e^{-\hat S_5 q_5}` is planar: it keeps a, and heights along a.
+With axes 2, 3 and 4 along a, and :math:`g = T M^{-1} = e^{\hat S_1 q_1} \cdots e^{\hat S_6 q_6}`, the
+motion :math:`P = e^{-\hat S_1 q_1} g\, e^{-\hat S_6 q_6} e^{-\hat S_5 q_5}` is planar: it keeps a, and
+heights along a.
 
 1. The point where axes 5 and 6 meet keeps its height: subproblem 4 gives joint 1, twice.
 2. P keeps a, so joints 5 and 6 turn :math:`R_g^\top R_1 a` onto a: subproblem 2, twice.
-3. Joints 2, 3 and 4 make the planar motion P: subproblem 3 gives joint 3, twice; subproblem 1 gives the others.
+3. Joints 2, 3 and 4 make the planar motion P: subproblem 3 gives joint 3, twice; subproblem 1 gives the
+   others.
 
-That makes eight branches. Where axis 6 is parallel to a, joint 6 may have any value; the one nearest to zero is
-taken that leaves the rest within reach. Arms whose axes 3, 4 and 5 are parallel, and whose first two axes meet,
-are such arms seen from the tool.
+That makes eight branches. Where axis 6 is parallel to a, joint 6 may have any value; the one nearest to
+zero is taken that leaves the rest within reach. Arms whose axes 3, 4 and 5 are parallel, and whose first
+two axes meet, are such arms seen from the tool.
 
 References
 ----------
-Murray, Li & Sastry (1994), section 3.3, for the subproblems; Hawkins (2013), Analytic inverse kinematics for the
-Universal Robots UR-5/UR-10 arms, for the eight branches.
+Murray, Li & Sastry (1994), section 3.3, for the subproblems; Hawkins (2013), Analytic inverse
+kinematics for the Universal Robots UR-5/UR-10 arms, for the eight branches.
 
 Examples
 --------
@@ -104,10 +106,10 @@ def parallel_geometry(arm: Chain, device: torch.device) -> tuple[ParallelGeometr
 
 @dataclass(frozen=True)
 class ParallelGeometry:
-    """Axes of an arm at home, points (3) on axes 2 and 4 at one height, the point (3) where axes 5 and 6 meet.
+    """Axes of an arm at home, points (3) on axes 2 and 4 at one height, and where axes 5 and 6 meet (3).
 
-    `reach` holds the distances [m] of axes 2 and 3, and 3 and 4; `size` is the arm's size [m], `miss` what its
-    conditions miss.
+    `reach` holds the distances [m] of axes 2 and 3, and 3 and 4; `size` is the arm's size [m], `miss`
+    what its conditions miss.
     """
 
     axes: tuple[Line, ...]
@@ -123,7 +125,9 @@ class ParallelGeometry:
         """Check the conditions and measure an arm."""
         if arm.joints != 6 or set(arm.kinds) != {"revolute"}:
             raise ValueError(f"arm has joints that are {', '.join(arm.kinds)}; six revolute ones are needed")
-        one, two, three, four, five, six = axes = tuple(Line.of(screw, "arm") for screw in arm.screws.to(device))
+        one, two, three, four, five, six = axes = tuple(
+            Line.of(screw, "arm") for screw in arm.screws.to(device)
+        )
         if not (two.parallel_to(three) and two.parallel_to(four)):
             raise ValueError("arm has no three parallel axes: those of joints 2, 3 and 4 are not")
         wrist, size = five.meeting(six), arm_size(arm)
@@ -140,7 +144,7 @@ class ParallelGeometry:
 
     def branches(self, g: Tensor) -> Tensor:
         """All joints (..., 8, 6) for motions (..., 4, 4) of the tool from home."""
-        one, two, three, four, five, six = self.axes
+        one, two, three, four, five, _ = self.axes
         height = one.reversed().component(spatial.apply(g, self.wrist), two.direction)
         first = _merged(solved(height, self.wrist @ two.direction))[..., None].expand(*g.shape[:-2], 2, 2)
         outer = self._outer(g, first)
@@ -169,7 +173,7 @@ class ParallelGeometry:
 
     def _free_sixth(self, g: Tensor, first: Tensor, fifth: Tensor) -> Tensor:
         """Value of joint 6 nearest to zero that leaves joints 2 and 3 within reach, where any keeps a."""
-        one, two, _, _, five, six = self.axes
+        one, _, _, _, five, six = self.axes
         pivot = spatial.apply(spatial.inverse(g)[..., None, None, :, :], one.turned(self.second, first))
         turning = six.reversed().distance_squared(five.turned(self.fourth, -fifth), pivot)
         (a, b), zero = self.reach, torch.zeros_like(fifth)
