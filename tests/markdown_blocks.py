@@ -47,3 +47,36 @@ def difference(block: Block, printed: str) -> str:
         return ""
     example = doctest.Example(block.code, block.printed)
     return f"{block.heading}:\n{checker.output_difference(example, printed, flags)}"
+
+
+RUNNER = """
+import contextlib, io, json, os, tempfile, traceback
+
+results = []
+for section in SECTIONS:
+    names, printed = {"__name__": "section"}, []
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        try:
+            for code in section:
+                with contextlib.redirect_stdout(io.StringIO()) as output:
+                    exec(compile(code, "section", "exec"), names)
+                printed.append(output.getvalue())
+        except Exception:
+            printed.append(traceback.format_exc())
+    results.append(printed)
+print(json.dumps(results))
+"""
+"""Program that runs SECTIONS, lists of code that share their names, in an empty folder each.
+
+It prints what each piece of code printed. Pages are run by a process of their own, without the checks of
+annotations that the tests switch on: torch cannot compile those.
+"""
+
+
+def sections(path: Path, language: str = "python") -> dict[str, list[Block]]:
+    """Return the blocks of a page by their headings."""
+    found: dict[str, list[Block]] = {}
+    for block in blocks(path):
+        if block.language == language:
+            found.setdefault(block.heading, []).append(block)
+    return found

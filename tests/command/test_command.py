@@ -14,6 +14,7 @@ import dexterity as dx
 from dexterity import store
 from dexterity.command import main
 from dexterity.command.application import application
+from dexterity.command.progress import Bar
 
 READY = "0,-pi/4,0,-3pi/4,0,pi/2,pi/4"
 SUBCOMMANDS = [command.name or command.callback.__name__ for command in application.registered_commands]
@@ -159,6 +160,40 @@ def test_a_network_that_holds_and_one_that_misses(capsys, tmp_path):
     ask(capsys, "validate", tmp_path / "moved.npz", "--points", 2000, code=1)
 
 
+SMALL = ["--middle", "0,0.6,-0.9,0,0.8,0", "--half-range", "0,0.2,0.2,0,0.2,0", "--restarts", 1]
+SMALL += ["--training-rows", 300, "--epochs", 20, "--sizes", "3,5"]
+
+
+def test_a_designed_network_is_judged_and_written_with_its_card(capsys, tmp_path):
+    words = ["design", "puma560", "w", *SMALL, "--to", tmp_path / "w.npz", "--json"]
+    entries = {row["entry"]: row["value"] for row in json.loads(ask(capsys, *words, "--goal", 0.5))["rows"]}
+    network = dx.networks.Guarded.load(tmp_path / "w.npz")
+    w = dx.Index("w", "geometric")(dx.robots.puma560(), [0, 0.6, -0.9, 0, 0.8, 0])
+    with torch.no_grad():
+        learned = float(network([0, 0.6, -0.9, 0, 0.8, 0]))
+    assert learned == pytest.approx(float(w), rel=0.5)
+    assert entries["goal kept"] is True
+    assert entries["better answer"] in ("exact", "network")
+    assert "worst" in (tmp_path / "w.md").read_text()
+    assert (tmp_path / "w.html").read_text().startswith("<!DOCTYPE html>")
+    # A goal that no network keeps is a negative answer; what was learned is written all the same.
+    (tmp_path / "w.npz").unlink()
+    ask(capsys, *words, "--goal", 1e-9, code=1)
+    assert (tmp_path / "w.npz").exists()
+
+
+def test_control_c_keeps_the_networks_that_are_finished(capsys, tmp_path, monkeypatch):
+    def interrupt(self: Bar, text: str, done: int, total: int) -> None:
+        if done >= 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Bar, "step", interrupt)
+    words = ["design", "puma560", "w", *SMALL, "--goal", 1e-9, "--to", tmp_path / "w.npz"]
+    capsys.readouterr()
+    assert main([str(word) for word in words]) == 130
+    assert dx.networks.load(tmp_path / "w.npz").card["worst_case"]["error"] > 0
+
+
 def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
     words = ["evaluate", "puma560", "w", "--q", "0,0.5,0.25,0,0.5,0", "--output", tmp_path / "w.csv"]
     assert ask(capsys, *words) == ""
@@ -193,6 +228,12 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["evaluate", "missing.urdf", "w", "--q", "0"], "missing.urdf"),
         (["evaluate", "puma560", "w", "--base", "link0", "--q", "0,0,0,0,0,0"], "base"),
         (["validate", "uvms-manipulability-feed-forwards"], "Nearest: uvms-manipulability-feed-forward"),
+        (["design", "puma560", "w", "--to", "w.txt"], "ends in .npz"),
+        (["design", "puma560", "w", "--to", "nowhere/w.npz"], "does not exist"),
+        (["design", "puma560", "w", "--to", "w.npz", "--sizes", "4.5"], "--sizes"),
+        (["design", "puma560", "w", "--to", "w.npz", "--half-range", "1,2"], "--half-range holds 2"),
+        (["design", "puma560", "w", "--to", "w.npz", "--middle", "9,9,9,9,9,9"], "outside the limits"),
+        (["design", "puma560", "w"], "--to"),
         (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),

@@ -17,6 +17,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -215,3 +216,53 @@ def validate(
     report, holds = judging.validate(network, points=points, goal=goal, seed=seed)
     form.give(report)
     return 0 if holds else NEGATIVE
+
+
+@application.command(
+    epilog=_examples(
+        "design panda kci --half-range 20deg --goal 0.02 --to kci.npz",
+        "design ur5e w --middle 0,-pi/3,pi/2,0,pi/2,0 --sizes 8,16 --to w.npz",
+    )
+)
+@grouped
+def design(
+    *,
+    robot: RobotOptions,
+    index: Annotated[str, typer.Argument(help=INDEX, show_default=False)],
+    to: Annotated[
+        Path, typer.Option("--to", help="File of the network (.npz); its card is written beside it.")
+    ],
+    goal: Annotated[float, typer.Option("--goal", min=0, help="Largest error that is wanted.")] = 0.01,
+    middle: Annotated[
+        str | None,
+        typer.Option("--middle", help="Configuration in the middle; by default that of the limits."),
+    ] = None,
+    half_range: Annotated[
+        str, typer.Option("--half-range", help="How far joints vary: one number, or one a joint; 0 holds it.")
+    ] = "20deg",
+    sizes: Annotated[str, typer.Option("--sizes", help="Numbers of neurons to try.")] = "4,8,12,20,30,45",
+    restarts: Annotated[int, typer.Option("--restarts", min=1, help="Networks of each size.")] = 3,
+    training_rows: Annotated[
+        int, typer.Option("--training-rows", min=8, help="Rows of the training set.")
+    ] = 4096,
+    epochs: Annotated[int, typer.Option("--epochs", min=1, help="Epochs of each training.")] = 120,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
+    meaning: IndexOptions,
+    form: ReportOptions,
+) -> int:
+    """Learn an index: a judged network with its card. Exit code 1 if no network keeps the goal.
+
+    Ctrl-C ends the search; the best network so far is judged and written, with exit code 130.
+    """
+    from dexterity.command import learning
+    from dexterity.command.progress import Bar
+
+    learning.require_name(to)
+    effort = learning.effort(sizes, training_rows, epochs, restarts, seed)
+    chain = robot.chain()
+    asked = meaning.index(index, chain.joints)
+    where = learning.space(chain, asked, middle, half_range)
+    with Bar("networks") as bar:
+        report, learned = learning.design(chain, asked, where, goal, effort, to, bar.step)
+    form.give(report)
+    return INTERRUPTED if learned.interrupted else 0 if learned.success else NEGATIVE

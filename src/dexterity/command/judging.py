@@ -51,9 +51,7 @@ def load(name: str) -> Network:
         return dx.networks.load_shipped(name)
     if not Path(name).is_file():
         near = difflib.get_close_matches(name, shipped, n=1, cutoff=0.0)
-        raise ValueError(
-            f"network is {name!r}; there is no such file and no such network. Nearest: {near[0]}"
-        )
+        raise ValueError(f"network is {name!r}; there is no such file or network. Nearest: {near[0]}")
     return dx.networks.load(name)
 
 

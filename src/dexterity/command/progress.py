@@ -65,6 +65,12 @@ class Bar:
             left = (self._said - self._started) * (total - done) / done
             say(f"{self.noun}: {done} of {total}, {_duration(left)} left")
 
+    def step(self, text: str, done: int, total: int) -> None:
+        """Show that `done` of `total` are finished, and what is at work."""
+        if self._progress is not None:
+            self._progress.update(self._task, description=f"{self.noun}: {text}")
+        self(done, total)
+
 
 def _duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
