@@ -175,7 +175,7 @@ def test_a_designed_network_is_judged_and_written_with_its_card(capsys, tmp_path
     assert entries["goal kept"] is True
     assert entries["better answer"] in ("exact", "network")
     assert "worst" in (tmp_path / "w.md").read_text()
-    assert (tmp_path / "w.html").read_text().startswith("<!DOCTYPE html>")
+    assert (tmp_path / "w.html").read_text().startswith("<!doctype html>")
     # A goal that no network keeps is a negative answer; what was learned is written all the same.
     (tmp_path / "w.npz").unlink()
     ask(capsys, *words, "--goal", 1e-9, code=1)
