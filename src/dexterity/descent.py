@@ -4,7 +4,8 @@ A step is one of Levenberg and Marquardt's with the damping of Sugihara: with th
 
 .. math:: \Delta q = J^\top \left(J J^\top + (\tfrac12 e^\top e + \lambda)\, I\right)^{-1} e,
 
-so that far from the pose the step is along the gradient, near it Newton's. Joints that a step would carry
+so that far from the pose the step is nearly along the gradient, near it Newton's. The damping has an upper
+bound, so that a vehicle comes to a pose far away in few steps. Joints that a step would carry
 beyond their limits stay at them, and the others make up for it. Starts that have arrived, and starts that
 come no nearer, leave the batch. Lengths are divided by a quarter of the arm's, so that metres and radians
 compare.
@@ -38,10 +39,12 @@ from torch import Tensor
 from dexterity import spatial
 from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
+from dexterity.spatial.poses import inverse_factor
 
-__all__ = ["descend", "length_scale"]
+__all__ = ["descend", "length_scale", "remaining_twist"]
 
 _DAMPING = 1e-9
+_LARGEST_DAMPING = 0.25  # with more, steps towards poses far away would be tiny
 _LARGEST_TURN = 0.7  # [rad] in a step, beyond which the linearisation means nothing
 _PATIENCE, _PROGRESS = 5, 0.5  # a start leaves if its error has not been halved in five steps
 
@@ -98,7 +101,8 @@ def descend(
     weights = q.new_tensor([1 / length_scale(chain)] * 3 + [1.0] * 3)[chosen]
     identity = torch.eye(len(chosen), dtype=q.dtype)
     for step in range(steps + 1):
-        error = weights * _remaining_twist(chain.forward(q), T)[:, chosen]
+        twist = remaining_twist(chain.forward(q), T)
+        error = weights * twist[:, chosen]
         miss = error.square().sum(-1)
         leaves = miss < tolerance**2
         if step == steps:
@@ -108,11 +112,13 @@ def descend(
             earlier = miss
         if leaves.any():
             ends[at[leaves]], misses[at[leaves]] = q[leaves], miss[leaves].sqrt()
-            q, T, at, error, miss, earlier = (x[~leaves] for x in (q, T, at, error, miss, earlier))
+            q, T, at, twist, error, miss, earlier = (
+                x[~leaves] for x in (q, T, at, twist, error, miss, earlier)
+            )
             if not len(q):
                 break
-        J = weights[:, None] * chain.body_jacobian(q)[:, chosen]
-        damping = (miss / 2 + _DAMPING)[:, None, None] * identity
+        J = weights[:, None] * _twist_jacobian(chain.body_jacobian(q), twist, chosen)[:, chosen]
+        damping = ((miss / 2).clamp(max=_LARGEST_DAMPING) + _DAMPING)[:, None, None] * identity
         q = stay.moved(q, J, error, damping)
     return ends, misses
 
@@ -163,7 +169,24 @@ def _damped_step(J: Tensor, error: Tensor, damping: Tensor) -> Tensor:
     return (J.mT @ torch.linalg.solve(inner, error[:, :, None]))[:, :, 0]
 
 
-def _remaining_twist(T: Tensor, wanted: Tensor) -> Tensor:
+def _twist_jacobian(J: Tensor, twist: Tensor, rows: list[int]) -> Tensor:
+    """Return the derivatives (k, 6, n) of the remaining twist, but for their sign.
+
+    Where all three rows of a block count, the body Jacobian leads to the pose as well and costs less.
+    Where one is free, the others must be right even if the free one is far from zero.
+    """
+    v, omega = J[:, :3], J[:, 3:]
+    if 0 < len({0, 1, 2} & set(rows)) < 3:
+        v = v - spatial.hat(twist[:, :3]) @ omega
+    if 0 < len({3, 4, 5} & set(rows)) < 3:
+        phi = twist[:, 3:]
+        W = spatial.hat(phi)
+        factor = inverse_factor(phi.square().sum(-1).clamp(max=math.pi**2))[:, None, None]
+        omega = omega - W @ omega / 2 + factor * (W @ (W @ omega))
+    return torch.cat([v, omega], dim=1)
+
+
+def remaining_twist(T: Tensor, wanted: Tensor) -> Tensor:
     """Return translation and rotation vector (k, 6) from poses to wanted ones, along axes of the tool."""
     R = T[:, :3, :3].mT @ wanted[:, :3, :3]
     shift = (T[:, :3, :3].mT @ (wanted[:, :3, 3] - T[:, :3, 3])[:, :, None])[:, :, 0]

@@ -88,7 +88,7 @@ def nearest_copy(
     """
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
     lower, upper = _widened(chain, q.device, limit_tolerance)
-    target = _middle(chain).to(q.device) if near is None else _seed(chain, near, q)
+    target = middle_of_limits(chain).to(q.device) if near is None else _seed(chain, near, q)
     turns = torch.round((target - q) / math.tau)
     if near is not None:
         first, last = torch.ceil((lower - q) / math.tau), torch.floor((upper - q) / math.tau)
@@ -154,7 +154,7 @@ def _turns_within(value: float, kind: str, lower: float, upper: float, name: str
     return range(math.ceil((lower - value) / math.tau), math.floor((upper - value) / math.tau) + 1)
 
 
-def _middle(chain: Chain) -> Tensor:
+def middle_of_limits(chain: Chain) -> Tensor:
     """Middle of the limits (n), half a turn from a limit that stands alone, zero without any."""
     lower, upper = chain.lower, chain.upper
     middle = torch.where(

@@ -234,7 +234,7 @@ def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
     T = require_rigid(T, "T")
     omega = _rotation_vector(T[..., :3, :3])
     W = _skew(omega)
-    d = _inverse_factor((omega * omega).sum(-1))[..., None, None]
+    d = inverse_factor((omega * omega).sum(-1))[..., None, None]
     V_inverse = torch.eye(3, dtype=T.dtype, device=T.device) - 0.5 * W + d * (W @ W)
     twist = torch.cat([(V_inverse @ T[..., :3, 3:])[..., 0], omega], dim=-1)
     return require_finite_result(twist, "T")
@@ -361,7 +361,7 @@ def _exponential_factors(theta_squared: Tensor) -> tuple[Tensor, Tensor, Tensor]
     return a, b, c
 
 
-def _inverse_factor(theta_squared: Tensor) -> Tensor:
+def inverse_factor(theta_squared: Tensor) -> Tensor:
     """Return (1 - (θ/2) cot(θ/2))/θ² for 0 ≤ θ ≤ π, differentiable at zero."""
     small = theta_squared < _SERIES_BELOW
     s = torch.where(small, theta_squared, 0.0)

@@ -1,0 +1,256 @@
+r"""Motion that leaves the tool where it is, and pseudo-inverses with damping and weights.
+
+Joint rates :math:`W^{-1} J^\top (J W^{-1} J^\top + \lambda^2 I)^{-1} \dot x` reach a tool velocity with the
+least :math:`\dot q^\top W \dot q`; the damping λ bounds them near a singularity.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.inverse_kinematics import null_space_step
+>>> panda = dx.robots.load("panda")
+>>> w = dx.indices.Index("manipulability").bind(panda)
+>>> q = [0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5]
+>>> better = null_space_step(panda, q, w, gain=0.05)
+>>> float(w(better)) > float(w(q))
+True
+>>> bool((panda.forward(better) - panda.forward(q)).abs().max() < 1e-9)
+True
+
+References
+----------
+Liégeois (1977), Automatic supervisory control of the configuration and behavior of multibody mechanisms;
+Nakamura & Hanafusa (1986), Inverse kinematic solutions with singularity robustness; Whitney (1969) for the
+weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import torch
+from jaxtyping import Float64
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.chain import Chain
+from dexterity.descent import remaining_twist
+from dexterity.indices.rows import Rows, row_numbers
+from dexterity.spatial import TensorLike
+from dexterity.spatial.tolerances import ROUNDING
+
+__all__ = ["Objective", "damped_pseudo_inverse", "null_space_projector", "null_space_step", "slope"]
+
+Objective: TypeAlias = Callable[[Tensor], Tensor]
+"""Values (...) of joint values (..., n); larger is better. An index, bound or compiled, is one."""
+
+_HALVINGS = 8
+_NEWTON_STEPS, _NEWTON_DIGITS, _NEWTON_DAMPING = 12, 1e-13, 1e-13
+
+
+def damped_pseudo_inverse(
+    J: TensorLike, damping: float = 0.0, weights: TensorLike | None = None
+) -> Float64[Tensor, "*batch n m"]:
+    r"""Weighted, damped pseudo-inverse :math:`W^{-1} J^\top (J W^{-1} J^\top + \lambda^2 I)^{-1}`.
+
+    Parameters
+    ----------
+    J
+        (..., m, n) Jacobians.
+    damping
+        λ, not negative, in the unit of singular values. 0 leaves out singular values that are zero to
+        rounding: the Moore–Penrose inverse for equal weights.
+    weights
+        (n,) or (..., n) positive costs of joint motion; 1 by default, ``math.inf`` locks a joint. 1/rate²
+        makes joints move in proportion to what they can.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, `J` is not finite, the damping is negative, or a weight is not positive.
+    """
+    J = spatial.to_float64(J, "J")
+    if J.ndim < 2:
+        raise ValueError(f"J has shape {tuple(J.shape)}; (..., rows, joints) is needed")
+    if not (isinstance(damping, int | float) and 0 <= damping < float("inf")):
+        raise ValueError(f"damping is {damping!r}; 0 or a positive number is needed")
+    ease = _ease(weights, J)
+    scaled = J * ease[..., None, :]
+    if damping > 0:
+        identity = torch.eye(J.shape[-2], dtype=J.dtype, device=J.device)
+        inner = scaled @ scaled.mT + damping**2 * identity
+        return ease[..., :, None] * torch.linalg.solve(inner, scaled).mT
+    return ease[..., :, None] * torch.linalg.pinv(scaled)
+
+
+def null_space_projector(J: TensorLike, weights: TensorLike | None = None) -> Float64[Tensor, "*batch n n"]:
+    """Matrix I − J⁺J that takes out of joint rates what moves the tool.
+
+    Parameters
+    ----------
+    J
+        (..., m, n) Jacobians.
+    weights
+        As for :func:`damped_pseudo_inverse`; a joint with an infinite weight does not move.
+
+    Raises
+    ------
+    ValueError
+        As :func:`damped_pseudo_inverse`.
+    """
+    J = spatial.to_float64(J, "J")
+    inverse = damped_pseudo_inverse(J, 0.0, weights)
+    free = torch.diag_embed((_ease(weights, J) > 0).to(J.dtype).expand(*J.shape[:-2], J.shape[-1]))
+    return free - inverse @ J
+
+
+def null_space_step(
+    chain: Chain,
+    q: TensorLike,
+    objective: Objective | TensorLike,
+    *,
+    gain: float = 0.1,
+    pose: TensorLike | None = None,
+    rows: Rows = "full",
+    weights: TensorLike | None = None,
+) -> Float64[Tensor, "*batch n"]:
+    """Move joints along a gradient while the tool stays at its pose and the joints within their limits.
+
+    The step is gain · N W⁻¹ g with the projector N of the null space and the gradient g. Joints at a
+    limit that it would push outwards are held. What the tool has moved is then taken back by a descent,
+    and a step after which that does not succeed is halved.
+
+    Parameters
+    ----------
+    chain
+        A chain with more joints than rows. Joints whose rate is zero do not move.
+    q
+        (..., n) joint values, [rad] or [m], within the limits.
+    objective
+        What to increase: an index, bound or compiled, or any function of joint values (..., n) that torch can
+        differentiate; or its gradient (..., n).
+    gain
+        Length of the step relative to the projected gradient; positive.
+    pose
+        (..., 4, 4) pose to hold; that of `q` by default. Give it where steps follow each other.
+    rows
+        Which components of the tool's twist are held, along the axes of the tool: names or numbers.
+    weights
+        (n,) positive costs of joint motion; 1 by default, ``math.inf`` holds a joint.
+
+    Returns
+    -------
+    (..., n) joint values: the tool is at the pose to 1e-9, and all joints are within their
+    limits. Where no step holds the pose, `q` itself.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, something is not finite, `gain` is not positive, or `q` is beyond a limit.
+    """
+    q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain").detach()
+    if not (isinstance(gain, int | float) and 0 < gain < float("inf")):
+        raise ValueError(f"gain is {gain!r}; a positive number is needed")
+    if (q < chain.lower.to(q.device) - ROUNDING).any() or (q > chain.upper.to(q.device) + ROUNDING).any():
+        raise ValueError("q is beyond the limits of the chain; a step starts within them")
+    gradient = slope(objective, q) if callable(objective) else spatial.to_float64(objective, "objective")
+    if gradient.shape != q.shape:
+        raise ValueError(
+            f"objective has a gradient of shape {tuple(gradient.shape)}; {tuple(q.shape)} is needed"
+        )
+    held = chain.forward(q) if pose is None else spatial.require_rigid(pose, "pose")
+    held = held.expand(*q.shape[:-1], 4, 4)
+    flat = q.reshape(-1, chain.joints)
+    direction = null_direction(chain, flat, gradient.reshape(flat.shape), row_numbers(rows), weights)
+    moved = held_step(chain, flat, gain * direction, held.reshape(-1, 4, 4), row_numbers(rows), weights)
+    return moved.reshape(q.shape)
+
+
+def slope(objective: Objective, q: Float64[Tensor, "*batch n"]) -> Float64[Tensor, "*batch n"]:
+    """Gradient of an objective, by its own ``value_and_gradient`` if it has one, else by torch.
+
+    Raises
+    ------
+    ValueError
+        If torch cannot differentiate it, or the gradient is not finite.
+    """
+    own: Any = getattr(objective, "value_and_gradient", None)
+    if own is not None:
+        return spatial.to_float64(own(q)[1], "gradient of the objective")
+    with torch.enable_grad():
+        at = q.detach().requires_grad_()
+        value = objective(at)
+        if not value.requires_grad:
+            raise ValueError("objective cannot be differentiated by torch")
+        (gradient,) = torch.autograd.grad(value.sum(), at)
+    return spatial.to_float64(gradient, "gradient of the objective")
+
+
+def null_direction(
+    chain: Chain, q: Tensor, gradient: Tensor, rows: tuple[int, ...], weights: TensorLike | None
+) -> Tensor:
+    """Directions (N, n) in the null space in which objectives rise, and that no limit stops at once."""
+    J = chain.body_jacobian(q)[:, list(rows)]
+    lower, upper = chain.lower.to(q.device), chain.upper.to(q.device)
+    ease = _ease(weights, J).expand_as(q) * (chain.rates.to(q.device) > 0)
+    # Holding joints changes where the others go: as many rounds as joints may be needed.
+    for _ in range(chain.joints):
+        costs = torch.where(ease > 0, ease.clamp(min=1e-300) ** -2, torch.inf)
+        projector = null_space_projector(J, costs)
+        direction = (projector @ (ease.square() * gradient)[..., None])[..., 0]
+        outwards = ((q >= upper) & (direction > 0)) | ((q <= lower) & (direction < 0))
+        if not outwards.any():
+            break
+        ease = ease.masked_fill(outwards, 0.0)
+    return direction.masked_fill(outwards, 0.0)
+
+
+def held_step(
+    chain: Chain, q: Tensor, step: Tensor, pose: Tensor, rows: tuple[int, ...], weights: TensorLike | None
+) -> Tensor:
+    """Return q + step (N, n) brought back to poses (N, 4, 4) within the limits, halved where that fails."""
+    ease = _ease(weights, step).expand_as(q) * (chain.rates.to(q.device) > 0)
+    result, todo, share = q.clone(), torch.arange(len(q), device=q.device), 1.0
+    for _ in range(_HALVINGS):
+        if not len(todo):
+            break
+        back, miss = _brought_back(chain, q[todo] + share * step[todo], pose[todo], rows, ease[todo])
+        held = miss <= ROUNDING
+        result[todo[held]] = back[held]
+        todo, share = todo[~held], share / 2
+    return result
+
+
+def _brought_back(
+    chain: Chain, q: Tensor, pose: Tensor, rows: tuple[int, ...], ease: Tensor
+) -> tuple[Tensor, Tensor]:
+    """Newton's method to poses (N, 4, 4) from joint values (N, n) close by, and what is missing (N)."""
+    lower, upper = chain.lower.to(q.device), chain.upper.to(q.device)
+    damping = _NEWTON_DAMPING * torch.eye(len(rows), dtype=q.dtype, device=q.device)
+    q = q.clamp(lower, upper)
+    for _ in range(_NEWTON_STEPS):
+        error = remaining_twist(chain.forward(q), pose)[:, list(rows)]
+        if not len(q) or error.abs().max() < _NEWTON_DIGITS:
+            break
+        J = chain.body_jacobian(q)[:, list(rows)] * ease[:, None, :]
+        inner = J @ J.mT + damping
+        step = ease * (J.mT @ torch.linalg.solve(inner, error[..., None]))[..., 0]
+        outwards = ((q >= upper) & (step > 0)) | ((q <= lower) & (step < 0))
+        if outwards.any():
+            J = J.masked_fill(outwards[:, None, :], 0.0)
+            step = ease * (J.mT @ torch.linalg.solve(J @ J.mT + damping, error[..., None]))[..., 0]
+        q = (q + step).clamp(lower, upper)
+    error = remaining_twist(chain.forward(q), pose)[:, list(rows)]
+    return q, error.abs().amax(-1)
+
+
+def _ease(weights: TensorLike | None, J: Tensor) -> Tensor:
+    """Square roots (n) or (..., n) of the reciprocal weights: by what joints are scaled."""
+    if weights is None:
+        return J.new_ones(J.shape[-1])
+    costs = spatial.to_extended_float64(weights, "weights").to(J.device)
+    if costs.shape[-1:] != J.shape[-1:]:
+        raise ValueError(f"weights has shape {tuple(costs.shape)}; {J.shape[-1]} are needed, one for a joint")
+    if spatial.are_readable(costs) and (costs <= 0).any():
+        raise ValueError(f"weights holds {costs.min().item():g}; positive costs are needed")
+    return costs.rsqrt()

@@ -1,0 +1,145 @@
+"""What inverse kinematics found at poses, how, and how sure that is.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> ur = dx.robots.load("ur5e")
+>>> found = dx.inverse_kinematics.solve(ur, ur.forward([0.3, -1.0, 1.2, -0.5, 0.8, 0.2]))
+>>> found.method, found.complete, int(found.count)
+('three parallel axes', True, 8)
+>>> found
+Solutions(1 pose by three parallel axes (complete): 1 reached within the limits)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import torch
+from jaxtyping import Bool, Float64, Int64
+from torch import Tensor
+
+from dexterity import spatial
+from dexterity.chain import Chain
+from dexterity.inverse_kinematics.turns import nearest_copy
+from dexterity.spatial import TensorLike
+from dexterity.spatial.tolerances import LIMIT
+
+__all__ = ["SeedsEnded", "Solutions"]
+
+
+@dataclass(frozen=True)
+class SeedsEnded:
+    """How many seeds of a search were tried at each pose (...), and where they ended.
+
+    Attributes
+    ----------
+    tried
+        Seeds from which a descent started.
+    converged
+        Those that reached the pose.
+    at_limits
+        Those that ended away from the pose with a joint at a limit.
+    stuck
+        Those that ended away from the pose with no joint at a limit, at a local minimum or out of steps.
+    """
+
+    tried: Int64[Tensor, "*batch"]
+    converged: Int64[Tensor, "*batch"]
+    at_limits: Int64[Tensor, "*batch"]
+    stuck: Int64[Tensor, "*batch"]
+
+
+@dataclass(frozen=True, repr=False)
+class Solutions:
+    """Configurations of a chain at poses, the best first.
+
+    First come those that are valid and within the limits; among them those near to a seed if there is one,
+    then those with a large secondary value if there is one, then those near the middle of the limits.
+
+    Attributes
+    ----------
+    chain
+        The chain.
+    q
+        (..., k, n) joint values, [rad] or [m], the copy nearest to the seed or to the middle of the limits.
+        All are finite; k is 8 for a closed form and the largest number found at a pose for a search.
+    valid
+        (..., k) whether they put the tool at the pose; the rest fills up the array or came no nearer.
+    within_limits
+        (..., k) whether all joints are within their limits, ends included.
+    residual
+        (..., k) how far the tool is from the pose: the larger of radians and metres, the latter relative to
+        the size of the arm.
+    method
+        ``"spherical wrist"``, ``"three parallel axes"``, ``"spherical shoulder"`` or ``"search"``.
+    complete
+        Whether the method finds every configuration up to full turns and joints that may have any value.
+        Where it is True and nothing is valid, the pose is out of reach; after a search, nothing is said.
+    miss
+        By how much the chain's description misses the conditions of the closed form; 0 for a search.
+    seeds
+        Where the seeds of a search ended; None for a closed form.
+    limit_tolerance
+        By how much limits could be exceeded.
+    """
+
+    chain: Chain
+    q: Float64[Tensor, "*batch k n"]
+    valid: Bool[Tensor, "*batch k"]
+    within_limits: Bool[Tensor, "*batch k"]
+    residual: Float64[Tensor, "*batch k"]
+    method: str
+    complete: bool
+    miss: float = 0.0
+    seeds: SeedsEnded | None = None
+    limit_tolerance: float = field(default=LIMIT)
+
+    @property
+    def usable(self) -> Bool[Tensor, "*batch k"]:
+        """Which configurations are valid and within the limits."""
+        return self.valid & self.within_limits
+
+    @property
+    def count(self) -> Int64[Tensor, "*batch"]:
+        """How many configurations at each pose are valid and within the limits."""
+        return self.usable.sum(-1)
+
+    @property
+    def reached(self) -> Bool[Tensor, "*batch"]:
+        """At which poses at least one configuration is valid and within the limits."""
+        return self.usable.any(-1)
+
+    def nearest(self, q: TensorLike) -> tuple[Float64[Tensor, "*batch n"], Bool[Tensor, "*batch"]]:
+        """Return the configuration and copy nearest to joint values, such as where the robot is.
+
+        Parameters
+        ----------
+        q
+            (..., n) joint values.
+
+        Returns
+        -------
+        Joint values (..., n) with the smallest Euclidean distance among those that are valid and within the
+        limits, and whether there are any; without any, the nearest of all.
+
+        Raises
+        ------
+        ValueError
+            If `q` does not fit.
+        """
+        seed = spatial.require_joints(spatial.to_float64(q, "q"), self.chain.joints, "chain")
+        moved, within = nearest_copy(self.chain, self.q, seed[..., None, :], self.limit_tolerance)
+        usable = self.valid & within
+        distance = (moved - seed[..., None, :]).norm(dim=-1)
+        distance = torch.where(usable | ~usable.any(-1, keepdim=True), distance, torch.inf)
+        best = distance.argmin(-1)[..., None, None]
+        return torch.take_along_dim(moved, best, dim=-2)[..., 0, :], usable.any(-1)
+
+    def __repr__(self) -> str:
+        poses = self.reached.numel()
+        complete = "complete" if self.complete else "not complete"
+        return (
+            f"Solutions({poses} {'pose' if poses == 1 else 'poses'} by {self.method} ({complete}): "
+            f"{int(self.reached.sum())} reached within the limits)"
+        )
