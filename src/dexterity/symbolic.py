@@ -15,11 +15,9 @@ Examples
 
 from __future__ import annotations
 
-import importlib.metadata
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from functools import cache, cached_property
-from pathlib import Path
+from functools import cached_property
 from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
 import torch
@@ -27,11 +25,11 @@ from jaxtyping import Float64
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 
-from dexterity import spatial, store
+from dexterity import spatial
 from dexterity.chain import Chain
 from dexterity.codegen import CompilationFailed, c_source, javascript_module
-from dexterity.codegen.c99 import ZERO, function_name
-from dexterity.codegen.library import RowFunction, cached_source, compiled_library, plain_memory
+from dexterity.codegen.c99 import ZERO
+from dexterity.codegen.engine import InC, cached_c_source
 from dexterity.codegen.torch_code import TensorFunction, torch_function
 from dexterity.derivation import Derivation, SymbolicChain, derive
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
@@ -84,7 +82,7 @@ def compile_index(chain: Chain | SymbolicChain, index: Index, backend: Backend =
         raise ValueError(f"backend is {backend!r}; {get_args(Backend)} are known")
     chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
     chain.require_computable(index.name)
-    engine = _InC(chain, index) if backend == "c" else _in_torch(derive(chain, index), backend)
+    engine = InC(chain, index) if backend == "c" else _in_torch(derive(chain, index), backend)
     return CompiledIndex(chain, index, engine)
 
 
@@ -188,51 +186,6 @@ class Engine(Protocol):
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
         """Values (...) and gradients (..., n) of configurations (..., n)."""
-
-
-# ---- in C ------------------------------------------------------------------------------------------
-
-
-class _InC:
-    """Calls a compiled C file."""
-
-    def __init__(self, chain: SymbolicChain, index: Index) -> None:
-        library = compiled_library(cached_c_source(chain, index))
-        name = function_name(chain.name, index.name)
-        self._batch = RowFunction(library, f"{name}_batch", chain.joints, results=1)
-        self._gradient_batch = RowFunction(library, f"{name}_gradient_batch", chain.joints, results=2)
-
-    def values(self, q: Tensor) -> Tensor:
-        return self._batch.values(q)
-
-    def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
-        rows = plain_memory(q)
-        values, gradients = rows.new_empty(q.shape[:-1]), torch.empty_like(rows)
-        self._gradient_batch(rows, values.data_ptr(), gradients.data_ptr())
-        return (values, gradients) if q.is_cpu else (values.to(q.device), gradients.to(q.device))
-
-
-def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
-    """Return the C99 file of an index, derived only if the cache of generated code does not hold it.
-
-    Raises
-    ------
-    ValueError
-        If the chain has lengths without a value, or fewer than six joints.
-    OSError
-        If the folder for generated code cannot be written.
-    """
-    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
-    key = store.content_key(chain.numbers(), index, _generator_key(store.PACKAGE))
-    return cached_source(key, lambda: c_source(derive(chain, index)))
-
-
-@cache
-def _generator_key(package: Path) -> str:
-    """Name the code that generates sources: all modules and templates of the package, and sympy's version."""
-    paths = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".in"))
-    contents = {path.relative_to(package).as_posix(): path.read_bytes() for path in paths}
-    return store.content_key(contents, importlib.metadata.version("sympy"))
 
 
 # ---- in torch --------------------------------------------------------------------------------------

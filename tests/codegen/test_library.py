@@ -18,7 +18,7 @@ from torch.testing import assert_close
 
 import dexterity as dx
 from dexterity import store, symbolic
-from dexterity.codegen import library
+from dexterity.codegen import engine, library
 from dexterity.indices import Index
 from dexterity.symbolic import CompilationFailed
 
@@ -85,7 +85,7 @@ def test_a_kept_index_is_neither_derived_nor_compiled_again(cache, compiler, mon
     def derive_again(*_: object) -> None:
         pytest.fail("the index was derived again")
 
-    monkeypatch.setattr(symbolic, "derive", derive_again)
+    monkeypatch.setattr(engine, "derive", derive_again)
     second = symbolic.compile_index(dx.robots.puma560(), W, "c")
     assert sum("-shared" in line for line in log.read_text().splitlines()) == 1
     assert kept(cache) == [".c", ".so"]
@@ -98,10 +98,10 @@ def test_a_change_of_any_module_or_template_changes_the_key(tmp_path):
     shutil.copytree(store.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "_data"))
 
     def key() -> str:
-        return symbolic._generator_key.__wrapped__(copy)
+        return engine._generator_key.__wrapped__(copy)
 
     before = key()
-    assert before == symbolic._generator_key.__wrapped__(store.PACKAGE)
+    assert before == engine._generator_key.__wrapped__(store.PACKAGE)
     # One file of each kind in each folder; all files of a folder are read alike.
     files = {(path.parent, path.suffix): path for path in copy.rglob("*") if path.suffix in (".py", ".in")}
     assert {path.parent.name for path in files.values()} >= {"package", "codegen", "templates", "crane"}

@@ -10,7 +10,7 @@ from dexterity.timing.instructions import instructions_per_configuration
 
 SOURCE = """
 #include <stddef.h>
-enum { JOINTS = 2 };
+enum { JOINTS = 2, SUM_JOINTS = JOINTS };
 static int sum_batch(const double *q, size_t count, size_t joints, double *values)
 {
   for (size_t i = 0; i < count; ++i) {

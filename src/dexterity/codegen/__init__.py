@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from dexterity import lazy
-from dexterity.codegen.c99 import c_source
+from dexterity.codegen.c99 import c_files, c_source
 from dexterity.codegen.javascript import javascript_module
 from dexterity.codegen.library import CompilationFailed
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CompilationFailed",
+    "c_files",
     "c_source",
     "ecmascript",
     "javascript_module",

@@ -19,14 +19,13 @@ True
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import prod
 
 from dexterity.codegen.heading import printable
-from dexterity.codegen.javascript import function
+from dexterity.codegen.javascript import function, literal
+from dexterity.codegen.names import require_javascript_name
 from dexterity.codegen.printing import template
 from dexterity.program import Program
 
@@ -83,21 +82,15 @@ def assembled_module(
     """Return a module from its head, its description, and functions that are printed already."""
     return template("programs.js.in").substitute(
         heading="\n".join(f"// {line}".rstrip() for line in printable(lines)),
-        about=json.dumps(about, ensure_ascii=False, indent=2),
+        about=literal(about),
         functions=functions,
         code=code,
     )
 
 
-def require_name(name: str) -> None:
-    """Raise ValueError if a name is no name in ECMAScript."""
-    if not re.fullmatch(r"[A-Za-z]\w*", name, flags=re.ASCII):
-        raise ValueError(f"name is {name!r}; letters, digits and underscores, a letter first, are needed")
-
-
 def exports(name: str, exported: Exported) -> str:
     """Return one exported function; it needs what the module of :func:`program_module` defines."""
-    require_name(name)
+    require_javascript_name(name)
     outputs = len(exported.program.outputs)
     if prod(exported.shape) != outputs:
         raise ValueError(f"{name} has the shape {exported.shape}, and its program has {outputs} outputs")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 
 from dexterity.codegen.heading import heading
@@ -11,7 +12,7 @@ from dexterity.derivation import Derivation
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.program import Program
 
-__all__ = ["assembled", "function", "javascript_module"]
+__all__ = ["assembled", "function", "javascript_module", "literal"]
 
 
 def javascript_module(derivation: Derivation) -> str:
@@ -46,10 +47,24 @@ def assembled(lines: Iterable[str], about: Mapping[str, object], joints: int, co
     """Return a module from its heading, its description, and code that defines ``compute(q)``, an array."""
     return template("module.js.in").substitute(
         heading="\n".join(f"// {line}".rstrip() for line in lines),
-        about=json.dumps(about, ensure_ascii=False, indent=2),
+        about=literal(about),
         joints=joints,
         computation=computation,
     )
+
+
+def literal(value: object) -> str:
+    """Return what JSON can say as an expression of ECMAScript that is also safe within a page.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+    text = json.dumps(value, ensure_ascii=False, indent=2, allow_nan=False)
+    # No end of a script; and a key of this name would set a prototype, unless it is computed. Within a string
+    # the quotation mark in front of it would be escaped.
+    return re.sub(r'(?<!\\)"__proto__":', '["__proto__"]:', text.replace("<", "\\u003c"))
 
 
 def function(name: str, program: Program) -> str:

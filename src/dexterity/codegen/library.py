@@ -14,7 +14,7 @@ from pathlib import Path
 from torch import Tensor
 
 from dexterity import store
-from dexterity.codegen.c99 import NOT_FINITE
+from dexterity.codegen.c_file import NOT_FINITE
 
 __all__ = [
     "CompilationFailed",

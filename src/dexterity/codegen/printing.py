@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from importlib.resources import files
 from string import Template
@@ -15,21 +16,51 @@ from sympy.printing.precedence import PRECEDENCE
 
 from dexterity.program import Program
 
-__all__ = ["JAVASCRIPT", "C", "Item", "template", "with_angles_paired"]
+__all__ = ["JAVASCRIPT", "C", "Item", "number", "template", "with_angles_paired"]
+
+
+def number(x: float) -> str:
+    """Return a number with all its digits, as C, ECMAScript and Python read it.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite: no language has a literal for that.
+    """
+    if not math.isfinite(x):
+        raise ValueError(f"a constant of the generated code is {x}; finite numbers are needed")
+    return repr(float(x))
+
+
+_NOT_FINITE = (sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
+
+_LARGEST_PRODUCT = 8
+"""Whole powers up to this one are printed as products."""
 
 
 class _Arithmetic:
-    """Squares and reciprocals as products and quotients, not calls of pow; numbers with all their digits."""
+    """Whole powers as products and quotients, not calls of pow; numbers with all their digits."""
 
-    def _print_Float(self, number: Expr) -> str:
-        return repr(float(number))
+    def _print_Float(self, expression: Expr) -> str:
+        return number(float(expression))
+
+    def _print_Rational(self, expression: Expr) -> str:
+        return number(float(expression))
+
+    def _print(self, expression: Expr, **options: object) -> str:
+        # π, e, infinities and NaN; sympy would print names that only some headers define.
+        if isinstance(expression, sympy.NumberSymbol) or expression in _NOT_FINITE:
+            return number(float(abs(expression)))
+        return str(super()._print(expression, **options))  # type: ignore[misc]
 
     def _print_Pow(self, expression: Expr) -> str:
         base = self.parenthesize(expression.base, PRECEDENCE["Atom"], strict=True)  # type: ignore[attr-defined]
-        if expression.exp == 2:
-            return f"({base}*{base})"
-        if expression.exp == -1:
-            return f"(1.0/{base})"
+        exponent = expression.exp
+        if exponent.is_Integer and 0 < abs(exponent) <= _LARGEST_PRODUCT:
+            product = "*".join([base] * abs(int(exponent)))
+            if exponent > 0:
+                return f"({product})"
+            return f"(1.0/{base})" if exponent == -1 else f"(1.0/({product}))"
         return super()._print_Pow(expression)  # type: ignore[misc]
 
 
@@ -41,7 +72,7 @@ class _JavascriptPrinter(_Arithmetic, JavascriptCodePrinter):  # type: ignore[mi
     pass
 
 
-C = _CPrinter({"user_functions": {"copysign": "copysign"}})
+C = _CPrinter({"user_functions": {"copysign": "copysign"}, "math_macros": {}})
 """Prints expressions in C99."""
 
 JAVASCRIPT = _JavascriptPrinter({"user_functions": {"copysign": "copysign"}})

@@ -18,8 +18,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from dexterity.codegen.ecmascript import assembled_module, require_name
+from dexterity.codegen.ecmascript import assembled_module
 from dexterity.codegen.heading import printable
+from dexterity.codegen.names import require_javascript_name
 from dexterity.codegen.printing import template
 from dexterity.codegen.tape import ELEMENT, INPUT, SOLVE, Number, Recording
 
@@ -87,7 +88,7 @@ _LONGEST = 120  # characters of an expression that is put where it is used
 
 
 def _exported(name: str, function: Recorded) -> str:
-    require_name(name)
+    require_javascript_name(name)
     recording = function.recording
     comment = "\n".join(f"// {line}" for line in printable([function.says]))
     return (

@@ -16,31 +16,25 @@ True
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-import numpy as np
 import torch
 from jaxtyping import Float64
 from torch import Tensor
 
 from dexterity import spatial
-from dexterity.codegen.c99 import NOT_FINITE, commented, loop, power_of_two, sine_cosine
+from dexterity.codegen.c_file import Precision
 from dexterity.codegen.heading import printable
-from dexterity.codegen.javascript import assembled, function
+from dexterity.codegen.javascript import assembled, function, literal
 from dexterity.codegen.library import RowFunction, compiled_library
 from dexterity.codegen.printing import template
-from dexterity.networks import card_text
+from dexterity.networks import c_code, card_text
 from dexterity.networks.folding import (
-    EXPONENTIAL,
     SWEEPS,
-    Array,
     Bells,
     Sigmoids,
     folded,
     origin_program,
-    screws,
 )
 from dexterity.networks.network import Network, View
 from dexterity.networks.onnx_models import onnx_model, save_onnx
@@ -49,6 +43,7 @@ from dexterity.spatial import TensorLike
 
 __all__ = [
     "CompiledNetwork",
+    "c_files",
     "c_source",
     "compile_network",
     "javascript_module",
@@ -111,92 +106,38 @@ def compile_network(network: Network) -> CompiledNetwork:
 # ---- C ---------------------------------------------------------------------------------------------
 
 
-def c_source(network: Network, name: str) -> str:
-    """Return a C99 file that computes a network's value.
+def c_source(network: Network, name: str, precision: Precision = "double") -> str:
+    """Return one C file, without a header, that computes a network's value.
+
+    Parameters and errors are those of :func:`c_files`.
+    """
+    file, header, code = c_code.parts(network, name, precision, _heading)
+    return file.standalone(header, code)
+
+
+def c_files(network: Network, name: str, precision: Precision = "double") -> dict[str, str]:
+    """Return a header and a C file that compute a network's value, by their file names.
 
     Parameters
     ----------
     network
         A feed-forward or radial-basis network of one value.
     name
-        What its functions begin with: letters, digits and underscores, a letter first.
+        What all names in the files begin with: letters, digits and underscores, a letter first.
+    precision
+        Type of all numbers: ``"double"``, or ``"float"`` for processors without doubles.
 
     Raises
     ------
     TypeError
         If the network is of an unknown kind.
     ValueError
-        If the name is no name in C, the network answers with several values, or its carriers turn by other
-        than one radian per unit.
+        If the name cannot be used in C and C++, the network answers with several values, its carriers turn
+        by other than one radian per unit, or a number is not finite once all scaling is worked into the
+        weights.
     """
-    if not re.fullmatch(r"[A-Za-z]\w*", name, flags=re.ASCII):
-        raise ValueError(f"name is {name!r}; letters, digits and underscores, a letter first, are needed")
-    view, answer = network.view, _answer_in_c(folded(network))
-    return template("network.c.in").substitute(
-        heading=commented(_heading(network)),
-        name=name,
-        not_finite=NOT_FINITE,
-        joints=view.joints,
-        carriers=len(view.carriers),
-        inputs=len(view.inputs),
-        width=view.width,
-        seen=_in_braces(view.inputs),
-        origin=_origin_in_c(view) if len(view.carriers) else "",
-        see_origin="  see_origin(lanes, q, x);\n" if len(view.carriers) else "",
-        power_of_two=power_of_two(),
-        answer=answer,
-    )
-
-
-def _answer_in_c(network: Sigmoids | Bells) -> str:
-    if isinstance(network, Bells):
-        root = math.sqrt(1 / math.log(2))
-        return template("radial_basis.c.in").substitute(
-            neurons=len(network.output),
-            scale=_in_braces(network.scale * root),
-            centres=_in_braces(network.centres * root),
-            output=_in_braces(network.output),
-            output_bias=repr(network.output_bias),
-        )
-    # u = a + V (1 − 2 s), with s the sigmoid that the file computes.
-    output, biases = -2 * network.output, network.output_biases + network.output.sum(1)
-    if network.readout in EXPONENTIAL:
-        output, biases = output / math.log(2), biases / math.log(2)
-    return template("feed_forward.c.in").substitute(
-        neurons=len(network.hidden),
-        outputs=len(output),
-        hidden=_in_braces(network.hidden * (2 / math.log(2))),
-        hidden_biases=_in_braces(network.hidden_biases * (2 / math.log(2))),
-        output=_in_braces(output),
-        output_biases=_in_braces(biases),
-        eigenvalue=_smallest_eigenvalue("c") if network.readout == "triple" else "",
-        combine="  smallest_eigenvalue(lanes, u);\n" if network.readout == "triple" else "",
-        value={
-            "identity": "u[0][l]",
-            "reciprocal": "1.0/u[0][l]",
-            "logarithm": "power_of_two(u[0][l])",
-            "cone": "power_of_two(u[0][l] - sqrt(u[1][l]*u[1][l] + u[2][l]*u[2][l]))",
-            "triple": "power_of_two(u[0][l])",
-        }[network.readout],
-    )
-
-
-def _smallest_eigenvalue(language: str) -> str:
-    return template(f"smallest_eigenvalue.{language}.in").substitute(sweeps=SWEEPS)
-
-
-def _origin_in_c(view: View) -> str:
-    turning = [int(axis.any()) for _, axis in screws(view)]
-    return template("origin.c.in").substitute(
-        turning=_in_braces(turning),
-        sine_cosine=sine_cosine() if any(turning) else "",
-        origin=loop("origin", origin_program(view)),
-    )
-
-
-def _in_braces(numbers: Array | Sequence[int]) -> str:
-    """Numbers, or rows of them, as a C array with all their digits."""
-    return repr(np.asarray(numbers).tolist()).replace("[", "{").replace("]", "}")
+    file, header, code = c_code.parts(network, name, precision, _heading)
+    return file.files(header, code)
 
 
 # ---- JavaScript ------------------------------------------------------------------------------------
@@ -217,22 +158,27 @@ def javascript_module(network: Network) -> str:
     return assembled(_heading(network), about, network.joints, computation)
 
 
+_SMALLEST_EIGENVALUE = template("smallest_eigenvalue.js.in")
+
+
 def _answer_in_javascript(network: Sigmoids | Bells, see: str) -> str:
     if isinstance(network, Bells):
         return template("radial_basis.js.in").substitute(
             see=see,
-            scale=network.scale.tolist(),
-            centres=network.centres.tolist(),
-            output=network.output.tolist(),
-            output_bias=repr(network.output_bias),
+            scale=literal(network.scale.tolist()),
+            centres=literal(network.centres.tolist()),
+            output=literal(network.output.tolist()),
+            output_bias=literal(network.output_bias),
         )
     return template("feed_forward.js.in").substitute(
         see=see,
-        hidden=network.hidden.tolist(),
-        hidden_biases=network.hidden_biases.tolist(),
-        output=network.output.tolist(),
-        output_biases=network.output_biases.tolist(),
-        eigenvalue=_smallest_eigenvalue("js") if network.readout == "triple" else "",
+        hidden=literal(network.hidden.tolist()),
+        hidden_biases=literal(network.hidden_biases.tolist()),
+        output=literal(network.output.tolist()),
+        output_biases=literal(network.output_biases.tolist()),
+        eigenvalue=template("smallest_eigenvalue.js.in").substitute(sweeps=SWEEPS)
+        if network.readout == "triple"
+        else "",
         value={
             "identity": "u[0]",
             "reciprocal": "1 / u[0]",

@@ -57,7 +57,10 @@ def instructions_per_configuration(source: str, name: str) -> float | None:
         return None
     with tempfile.TemporaryDirectory() as folder:
         main = Path(folder, "main.c")
-        main.write_text(source + _MAIN.substitute(name=name, configurations=CONFIGURATIONS), encoding="utf-8")
+        main.write_text(
+            source + _MAIN.substitute(name=name, prefix=name.upper(), configurations=CONFIGURATIONS),
+            encoding="utf-8",
+        )
         _output(["cc", *FLAGS, str(main), "-o", f"{folder}/main", "-lm"])
         once, twice = (_collected(f"{folder}/main", str(times)) for times in (1, 2))
     return (twice - once) / CONFIGURATIONS
@@ -83,15 +86,15 @@ _MAIN = Template("""
 
 int main(int count, char **arguments)
 {
-  static double q[$configurations*JOINTS], values[$configurations];
+  static double q[$configurations*${prefix}_JOINTS], values[$configurations];
   unsigned int state = 1;
   int error = count != 2;
-  for (int i = 0; i < $configurations*JOINTS; ++i) {
+  for (int i = 0; i < $configurations*${prefix}_JOINTS; ++i) {
     state = state*1664525u + 1013904223u;
     q[i] = 0.52*(state/4294967296.0 - 0.5);
   }
   for (int times = error ? 0 : atoi(arguments[1]); times > 0; --times)
-    error |= ${name}_batch(q, $configurations, JOINTS, values);
+    error |= ${name}_batch(q, $configurations, ${prefix}_JOINTS, values);
   return error;
 }
 """)

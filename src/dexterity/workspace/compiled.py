@@ -22,9 +22,8 @@ from jaxtyping import Float64
 from torch import Tensor
 
 from dexterity import checks, spatial
-from dexterity.codegen.c99 import commented, loop
+from dexterity.codegen.c_file import CFile, commented
 from dexterity.codegen.library import compiled_library, plain_memory
-from dexterity.codegen.printing import template
 from dexterity.spatial import TensorLike
 from dexterity.workspace.closed_form import LINKS, PARTS, POSE, derive, part
 from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, Branch
@@ -200,7 +199,7 @@ def c_source(
     Parameters
     ----------
     name
-        What its functions begin with: letters, digits and underscores, a letter first, no word of C or C++.
+        What all its names begin with: letters, digits and underscores, a letter first, no word of C or C++.
     branch
         Which of the eight configurations.
     outputs
@@ -216,17 +215,24 @@ def c_source(
     if isinstance(outputs, str) or not outputs or not all(output in _LAYOUT for output in outputs):
         raise ValueError(f"outputs is {outputs!r}; one or more of {', '.join(_LAYOUT)} are needed")
     program = part(derive(branch), *outputs, "defect")
-    return template("arm.c.in").substitute(
+    file = CFile(name)
+    header = file.fill(
+        "arm.h.in",
         heading=commented(_heading(branch)),
-        name=name,
-        links=len(LINKS),
         numbers=len(POSE),
         outputs=len(program.outputs) - 1,
         layout=commented(f"  {_LAYOUT[output]}" for output in outputs),
         not_rigid=_NOT_RIGID,
-        largest_defect=_LARGEST_DEFECT,
-        computation=loop("branch", program),
     )
+    code = file.fill(
+        "arm.c.in",
+        links=len(LINKS),
+        numbers=len(POSE),
+        outputs=len(program.outputs) - 1,
+        largest_defect=_LARGEST_DEFECT,
+        computation=file.loop("branch", program),
+    )
+    return file.standalone(header, code)
 
 
 def _heading(branch: Branch) -> list[str]:

@@ -21,6 +21,7 @@ from torch import Tensor
 from dexterity import networks, robots, sampling, symbolic
 from dexterity.codegen.c99 import function_name
 from dexterity.codegen.library import compiled_library
+from dexterity.derivation import SymbolicChain
 from dexterity.networks import export
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.folding import Bells, folded
@@ -134,7 +135,7 @@ class Contest:
             symbolic.compile_index(chain, index, "torch"),
             symbolic.compile_index(chain, index, "c"),
             symbolic.cached_c_source(chain, index),
-            function_name(chain.name, index.name),
+            function_name(SymbolicChain.from_chain(chain), index),
         )
         view = View(chain.joints, sampling.relevant_joints(chain, index))
         feed_forward, radial_basis = _of_printed_sizes(name, view, self.some, random)

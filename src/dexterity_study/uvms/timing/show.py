@@ -97,7 +97,7 @@ def agreement(stored: Evidence, live: Table) -> str:
 def heart() -> str:
     """Return the loop over the neurons in the C file of the network for w that comes with the package."""
     text = export.c_source(load_shipped("uvms-manipulability-feed-forward"), "w")
-    begin = text.index("  for (int i = 0; i < NEURONS")
+    begin = text.index("  for (int i = 0; i < W_NEURONS")
     return text[begin : text.index("\n  }\n", begin) + 4]
 
 

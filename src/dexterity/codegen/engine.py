@@ -1,0 +1,115 @@
+"""Exact indices computed by compiled C, called on tensors and on single rows of numpy.
+
+Examples
+--------
+>>> import numpy as np
+>>> import dexterity as dx
+>>> from dexterity.codegen.engine import InC
+>>> from dexterity.derivation import SymbolicChain
+>>> chain = SymbolicChain.from_chain(dx.robots.puma560())
+>>> engine = InC(chain, dx.indices.Index("manipulability"))
+>>> bool(engine.row(np.array([0.0, 0.5, 0.25, 0.0, 0.5, 0.0])) > 0)
+True
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.metadata
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from dexterity import store
+from dexterity.chain import Chain
+from dexterity.codegen.c99 import c_source, function_name
+from dexterity.codegen.library import RowFunction, cached_source, compiled_library, plain_memory
+from dexterity.derivation import SymbolicChain, derive
+from dexterity.indices import Index
+
+__all__ = ["InC", "cached_c_source"]
+
+
+class InC:
+    """Calls a compiled C file.
+
+    Parameters
+    ----------
+    chain, index
+        What is computed.
+
+    Raises
+    ------
+    CompilationFailed
+        If a compiler is missing or fails, or what it made is wrong.
+    OSError
+        If the folder for compiled code cannot be written.
+    """
+
+    def __init__(self, chain: SymbolicChain, index: Index) -> None:
+        name = function_name(chain, index)
+        library = compiled_library(cached_c_source(chain, index))
+        self._joints = chain.joints
+        self._batch = RowFunction(library, f"{name}_batch", chain.joints, results=1)
+        self._gradient_batch = RowFunction(library, f"{name}_gradient_batch", chain.joints, results=2)
+        self._row = _row_function(library, name)
+
+    def values(self, q: Tensor) -> Tensor:
+        """Values (...) of configurations (..., n)."""
+        return self._batch.values(q)
+
+    def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
+        """Values (...) and gradients (..., n) of configurations (..., n)."""
+        rows = plain_memory(q)
+        values, gradients = rows.new_empty(q.shape[:-1]), torch.empty_like(rows)
+        self._gradient_batch(rows, values.data_ptr(), gradients.data_ptr())
+        return (values, gradients) if q.is_cpu else (values.to(q.device), gradients.to(q.device))
+
+    def row(self, q: NDArray[np.float64]) -> np.float64:
+        """Value of one configuration (n,), at the least cost that a call from Python has.
+
+        Raises
+        ------
+        ValueError
+            If `q` has another shape, or is not finite.
+        """
+        if q.shape != (self._joints,):
+            raise ValueError(f"q has shape {q.shape}; the chain has {self._joints} joints")
+        value = ctypes.c_double()
+        # A copy in order and without gaps, at an address that ctypes takes as it is.
+        if self._row(q.astype(np.float64, copy=False).tobytes(), ctypes.byref(value)):
+            raise ValueError("q is not finite: it holds NaN or an infinity")
+        return np.float64(value.value)
+
+
+def _row_function(library: ctypes.CDLL, name: str) -> ctypes._NamedFuncPointer:
+    function = getattr(library, name)
+    function.argtypes = [ctypes.c_char_p, ctypes.c_void_p]
+    return function
+
+
+def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
+    """Return the C99 file of an index, derived only if the cache of generated code does not hold it.
+
+    Raises
+    ------
+    ValueError
+        If the chain has lengths without a value, or fewer than six joints.
+    OSError
+        If the folder for generated code cannot be written.
+    """
+    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    key = store.content_key(chain.numbers(), index, _generator_key(store.PACKAGE))
+    return cached_source(key, lambda: c_source(derive(chain, index)))
+
+
+@cache
+def _generator_key(package: Path) -> str:
+    """Name the code that generates sources: all modules and templates of the package, and sympy's version."""
+    paths = sorted(path for path in package.rglob("*") if path.suffix in (".py", ".in"))
+    contents = {path.relative_to(package).as_posix(): path.read_bytes() for path in paths}
+    return store.content_key(contents, importlib.metadata.version("sympy"))

@@ -1,0 +1,84 @@
+"""Values that a generated file is compared with: those of the index itself, without any derivation.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.codegen.reference import references
+>>> from dexterity.derivation import derive
+>>> rows = references(derive(dx.robots.puma560(), dx.indices.Index("manipulability")))
+>>> rows.q.shape, rows.values.shape, rows.gradients.shape
+((4, 6), (4,), (4, 6))
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from dexterity.chain import Chain
+from dexterity.derivation import Derivation, SymbolicChain
+
+__all__ = ["References", "numeric_chain", "references", "regular_rows"]
+
+COUNT = 4
+"""Configurations that a file brings with it."""
+
+
+class References(NamedTuple):
+    """Configurations (4, n), and the values (4,) and gradients (4, n) of an index there."""
+
+    q: NDArray[np.float64]
+    values: NDArray[np.float64]
+    gradients: NDArray[np.float64]
+
+
+def references(derivation: Derivation) -> References:
+    """Return the index by its definition, with its gradient by automatic differentiation."""
+    chain = numeric_chain(derivation.chain)
+    index = derivation.index.bind(chain)
+    q = regular_rows(chain).requires_grad_()
+    values = index(q)
+    (gradients,) = torch.autograd.grad(values.sum(), q)
+    # Where an index is zero everywhere it has no derivative, and generated code returns zero.
+    gradients = torch.where(values[:, None] == 0, 0.0, gradients)
+    return References(q.detach().numpy(), values.detach().numpy(), gradients.numpy())
+
+
+def regular_rows(chain: Chain) -> Tensor:
+    """Return four configurations (4, n) within the limits that are far from singularities.
+
+    They are numbers of single precision, so that a file in single precision is asked for the same ones.
+    """
+    draws = torch.rand(64, chain.joints, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    lower, upper = chain.lower.clamp(min=-1.5), chain.upper.clamp(max=1.5)
+    outside = lower >= upper  # limits that lie wholly beyond ±1.5
+    lower, upper = torch.where(outside, chain.lower, lower), torch.where(outside, chain.upper, upper)
+    q = (lower + (upper - lower) * draws).float().double()
+    smallest = torch.linalg.svdvals(chain.geometric_jacobian(q))[:, -1]
+    return q[smallest.argsort(descending=True)[:COUNT]]
+
+
+def numeric_chain(symbolic: SymbolicChain) -> Chain:
+    """Return the chain of numbers that a symbolic chain without open lengths stands for."""
+    screws = [
+        [*map(float, axis), 0.0, 0.0, 0.0]
+        if kind == "prismatic"
+        else [*np.cross(np.array(point, dtype=float), np.array(axis, dtype=float)), *map(float, axis)]
+        for kind, axis, point in zip(symbolic.kinds, symbolic.axes, symbolic.points, strict=True)
+    ]
+    home = np.eye(4)
+    home[:3, :3] = np.array(symbolic.tool_axes, dtype=float)
+    home[:3, 3] = np.array(symbolic.tool, dtype=float)
+    return Chain(
+        screws,
+        home,
+        name=symbolic.name,
+        joint_names=symbolic.joint_names,
+        rates=symbolic.rates,
+        lower=symbolic.lower,
+        upper=symbolic.upper,
+    )
