@@ -1,8 +1,16 @@
 # `make` or `make help` lists the commands. `make book` and `make test` need python3.11 or later (with venv), make and a C
 # compiler.
 
+# What make has started ends with make, even with one that was killed. (Kernels and workers end with what started them.)
+ifeq ($(shell setpriv --pdeathsig KILL true 2>/dev/null && echo yes),yes)
+ENDS_WITH_PARENT := setpriv --pdeathsig KILL
+SHELL       := $(shell command -v setpriv)
+.SHELLFLAGS := --pdeathsig KILL /bin/bash -eu -o pipefail -c
+else
+ENDS_WITH_PARENT :=
 SHELL       := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
+endif
 .DEFAULT_GOAL := help
 MAKEFLAGS   += --no-print-directory
 .DELETE_ON_ERROR:
@@ -33,6 +41,8 @@ export PYTHONNOUSERSITE        := 1
 export JUPYTER_PREFER_ENV_PATH := 1
 export JUPYTER_PLATFORM_DIRS   := 1
 export IPYTHONDIR              := $(abspath $(VENV))/ipython
+# The packages of this tree, whatever tree the environment was made for: it may be a link or a copy.
+export PYTHONPATH              := $(CURDIR)/src
 # Packages are compiled when they are first imported, and kept so: some machines are told not to keep them.
 export PYTHONDONTWRITEBYTECODE :=
 
@@ -43,23 +53,28 @@ help:  ## this list
 
 # ---- the environment: made once, and again when the lock or pyproject.toml changes ----
 
-INSTALL := $(IN)/python -m pip --disable-pip-version-check --no-input install --no-compile --progress-bar off
+INSTALL := $(ENDS_WITH_PARENT) $(IN)/python -m pip --disable-pip-version-check --no-input install --no-compile --progress-bar off
 # Of pip's many lines, one for every 25 packages.
 COUNTED := awk '/^Collecting |^Requirement already/ { if (++seen % 25 == 0) print "  " seen " packages" } /^Installing coll/ { print "  installing" } { fflush() }'
 
+# Two that set up one environment wait for each other.
+ONE_AT_A_TIME := if command -v flock > /dev/null; then flock 9; fi
+
 $(BOOK_ENV): environment.lock pyproject.toml
-	@rm -f $(BOOK_ENV) $(FULL_ENV)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"{sys.executable} is Python {sys.version.split()[0]}; 3.11 or later is needed: make PYTHON=python3.11 ...")'
-	@echo "Setting up $(VENV) for the book (once; minutes, depending on the connection)"
-	@$(PYTHON) -m venv $(VENV)
-	@$(INSTALL) --quiet --constraint environment.lock hatchling editables
-	@$(INSTALL) --constraint environment.lock --no-build-isolation --editable '.[book]' | $(COUNTED)
-	@touch $@
+	@mkdir -p $(VENV); exec 9< $(VENV); $(ONE_AT_A_TIME); if [ $@ -nt environment.lock ] && [ $@ -nt pyproject.toml ]; then exit 0; fi; \
+	rm -f $(BOOK_ENV) $(FULL_ENV); \
+	echo "Setting up $(VENV) for the book (once; minutes, depending on the connection)"; \
+	$(PYTHON) -m venv $(VENV); \
+	$(INSTALL) --quiet --constraint environment.lock hatchling editables; \
+	$(INSTALL) --constraint environment.lock --no-build-isolation --editable '.[book]' | $(COUNTED); \
+	touch $@
 
 $(FULL_ENV): $(BOOK_ENV)
-	@echo "Adding to $(VENV) what tests and checks need (once)"
-	@$(INSTALL) --requirement environment.lock | $(COUNTED)
-	@touch $@
+	@exec 9< $(VENV); $(ONE_AT_A_TIME); if [ $@ -nt $(BOOK_ENV) ]; then exit 0; fi; \
+	echo "Adding to $(VENV) what tests and checks need (once)"; \
+	$(INSTALL) --requirement environment.lock | $(COUNTED); \
+	touch $@
 
 # ---- the book ----
 
@@ -132,6 +147,8 @@ lock:  ## compile environment.lock from environment.in (UPGRADE=--upgrade renews
 	@mv environment.lock.new environment.lock
 
 clean:  ## remove what make book and the tools made, keep .venv
+	@if [ -d _build ] && command -v flock > /dev/null && ! flock --nonblock _build true; then \
+	  echo "Another process works in _build: wait until it has ended, or stop it"; exit 1; fi
 	@rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	@find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 

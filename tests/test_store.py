@@ -226,3 +226,34 @@ def test_data_is_found_in_an_installed_package(tmp_path, monkeypatch):
 def test_a_data_file_that_is_not_there_is_named(parts):
     with pytest.raises(FileNotFoundError, match="/".join(parts)):
         data_path(*parts)
+
+
+def test_what_killed_writers_have_left_is_swept_after_a_day(tmp_path):
+    old, fresh = tmp_path / ".0123456789abcdef.tmp", tmp_path / ".fedcba9876543210.tmp"
+    other = tmp_path / ".mine.tmp"
+    for file in (old, fresh, other):
+        file.touch()
+    for file in (old, other):
+        os.utime(file, (0, 0))
+    write_atomically(tmp_path / "a.txt", "a")
+    assert {path.name for path in tmp_path.iterdir()} == {fresh.name, other.name, "a.txt"}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"a = ", b"\xff", b"[" * 100_000, b"a = " + b"9" * 5_000, b"a." * 50_000 + b"b = 1", b"a = 1\na = 2"],
+    ids=range(6),
+)
+def test_toml_that_cannot_be_read_is_named(tmp_path, content):
+    (tmp_path / "robot.toml").write_bytes(content)
+    with pytest.raises(ValueError, match=r"^robot\.toml cannot be read as TOML"):
+        store.read_toml(tmp_path / "robot.toml")
+
+
+def test_toml_may_have_a_byte_order_mark_and_must_be_a_file(tmp_path):
+    (tmp_path / "robot.toml").write_text('a = "π"', encoding="utf-8-sig")
+    assert store.read_toml(tmp_path / "robot.toml") == {"a": "π"}
+    with pytest.raises(ValueError, match="is no file"):
+        store.read_toml(tmp_path)
+    with pytest.raises(FileNotFoundError):
+        store.read_toml(tmp_path / "none.toml")

@@ -13,13 +13,16 @@ False
 True
 """
 
+import contextlib
 import dataclasses
+import functools
 import hashlib
 import itertools
 import math
 import os
 import secrets
 import struct
+import time
 import tomllib
 from collections.abc import Mapping
 from enum import Enum
@@ -132,6 +135,19 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+    _sweep(target.parent.resolve())
+
+
+@functools.cache
+def _sweep(folder: Path) -> None:
+    """Remove what writers that were killed more than a day ago have left, once for each folder."""
+    for leftover in folder.glob(f".{'[0-9a-f]' * 16}.tmp"):
+        with contextlib.suppress(OSError):
+            if leftover.stat().st_mtime < time.time() - _A_DAY:
+                leftover.unlink()
+
+
+_A_DAY = 86_400.0
 
 
 def write_set(

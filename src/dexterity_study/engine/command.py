@@ -18,6 +18,7 @@ from pytask import ExitCode
 from dexterity import store
 from dexterity_study.engine import card, cluster, evidence, runs
 from dexterity_study.engine.experiment import Experiment
+from dexterity_study.engine.processes import InUse, alone_in
 from dexterity_study.engine.progress import Progress
 from dexterity_study.engine.state import out_of_date
 from dexterity_study.engine.tasks import EvidenceTask, task_name, tasks_of
@@ -41,7 +42,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             command.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = vars(parser.parse_args(arguments))
     run, part = options.pop("run"), options.pop("part").replace("/", ".")
-    return run(part, **options)
+    if run not in (_evidence, _accept):
+        return run(part, **options)
+    try:
+        with alone_in(_root() / "data" / "results"):
+            return run(part, **options)
+    except InUse as busy:
+        sys.stdout.write(f"nothing is run or stored: {busy}\n")
+        return 3
 
 
 def _evidence(part: str, backend: str, scheduler: str, workers: int) -> int:

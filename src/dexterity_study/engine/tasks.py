@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from pytask import PathNode, PythonNode, TaskWithoutPath
 from dexterity import store
 from dexterity_study.engine import evidence, runs, sources
 from dexterity_study.engine.experiment import Experiment
+from dexterity_study.engine.processes import end_with_parent
 
 
 @dataclass(kw_only=True)
@@ -114,6 +116,8 @@ def _task(
 
 
 def _execute(made_from: dict[str, Path], parameters: str, products: dict[str, Path]) -> None:  # noqa: ARG001
+    if multiprocessing.current_process().name != "MainProcess":
+        end_with_parent()
     asked = json.loads(parameters)
     name, _, which = asked["task"].rstrip("]").partition("[")
     chapter, _, experiment = name.rpartition(".")

@@ -11,6 +11,7 @@ executed notebooks.
 import argparse
 import json
 import shutil
+import signal
 import sys
 import time
 import warnings
@@ -29,6 +30,7 @@ from jupyter_cache.base import CacheBundleIn
 from nbformat import NotebookNode
 
 from dexterity import store
+from dexterity_study.engine.processes import InUse, alone_in
 from dexterity_study.page.execution import CellFailed, Execution
 from dexterity_study.page.notebooks import (
     Layout,
@@ -57,6 +59,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if unknown:
         say(f"no such page: {', '.join(unknown)}. The pages are: {', '.join(names)}")
         return 2
+    try:
+        with alone_in(layout.output):
+            return _update(layout, names, options)
+    except InUse as busy:
+        say(f"The book was not built: {busy}.")
+        return 3
+
+
+def _update(layout: Layout, names: Sequence[str], options: argparse.Namespace) -> int:
     pages = read_pages(layout, names)
     chosen = [page for page in pages if page.name in (options.pages or names)]
     try:
@@ -309,4 +320,6 @@ def _for_sphinx(layout: Layout, page: Page) -> NotebookNode:
 
 
 if __name__ == "__main__":
+    # Whoever ends the build ends the kernels that it has started.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(main())

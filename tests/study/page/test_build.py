@@ -155,7 +155,7 @@ def test_unknown_page_is_refused(book: Book, capsys: pytest.CaptureFixture[str])
     assert "no such page: three. The pages are: index, one, two" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_stopped_build_goes_on_where_it_was(book: Book, tmp_path: Path, stop: signal.Signals) -> None:
     text = book.source("two").read_text()
     gate = tmp_path / "gate"
@@ -167,6 +167,7 @@ def test_stopped_build_goes_on_where_it_was(book: Book, tmp_path: Path, stop: si
     _wait_for(lambda: set(book.notebooks()) == {"one"} and "two" in book.log.read_text())
     kernels = psutil.Process(process.pid).children(recursive=True)
     assert kernels
+    assert build.main(book.arguments) == 3  # while another one builds
     os.killpg(process.pid, stop)
     assert process.wait(timeout=60) != 0
     _wait_for(lambda: not any(kernel.is_running() for kernel in kernels))
