@@ -21,7 +21,7 @@ with alone_in(Path(sys.argv[1])):
 
 STARTS = """
 import subprocess, sys
-child = "import time; from dexterity_study.engine import processes as p; p.end_with_parent(0.1); time.sleep(99)"
+child = "import time; from dexterity_study.engine.processes import *; end_with_parent(0.1); time.sleep(99)"
 print(subprocess.Popen([sys.executable, "-c", child]).pid, flush=True)
 sys.stdin.read()
 """
