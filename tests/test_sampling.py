@@ -749,3 +749,31 @@ def test_a_box_about_a_configuration_ends_at_the_limits():
 def test_a_box_that_does_not_fit_the_chain_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         Box.around(limited([-1.0, -2.0, 0.1], [1.0, 2.0, 0.3]), **arguments)
+
+
+# ---- what an open index depends on -----------------------------------------------------------------
+
+
+def test_an_index_that_is_zero_everywhere_depends_on_nothing_and_is_refused():
+    """Point 3.2 of the engineer's trial: (1, 2, 3) for an arm whose index is 0 everywhere."""
+    puma = dx.robots.puma560()
+    short = dx.Chain(puma.screws[:5], puma.home, name="short")
+    with pytest.raises(ValueError, match=r"is zero everywhere for short with its 5 joints; choose rows"):
+        sampling.relevant_joints(short, Index("manipulability"))
+    assert sampling.relevant_joints(short, Index("manipulability", "geometric", rows="translational"))
+
+
+@pytest.mark.parametrize("name", ["guaranteed_speed", "limited_manipulability"])
+def test_joints_of_a_measure_are_those_along_which_it_changes(name):
+    chain = dx.robots.ur5e()
+    chain = dx.Chain(
+        chain.screws,
+        chain.home,
+        lower=[-1.0, -2.0, 0.5, -2.0, -2.0, -1.0],
+        upper=[1.0, -1.0, 2.0, 0.0, -1.0, 1.0],
+    )
+    index = Index(name, "geometric", rows="translational")
+    q = sampling.sobol(Box.from_chain(chain), 8, 1).requires_grad_()
+    (slopes,) = torch.autograd.grad(index.bind(chain)(q).sum(), q)
+    changing = tuple((slopes.abs().amax(0) > 1e-9).nonzero().flatten().tolist())
+    assert sampling.relevant_joints(chain, index) == changing

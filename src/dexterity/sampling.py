@@ -459,14 +459,38 @@ def uvms_space(
 def relevant_joints(chain: Chain, index: Index) -> tuple[int, ...]:
     """Joints that an index depends on, counted from 0: the inputs of paper A's Eqs. 11 and 12.
 
-    They are found by deriving the index; see ``matters`` of :class:`dexterity.derivation.Derivation`.
+    They are found by deriving the index; see ``matters`` of :class:`dexterity.derivation.Derivation`. Where
+    it cannot be derived, they are the joints along which it changes at one of many configurations.
 
     Raises
     ------
     ValueError
-        If the rates of the index do not fit the chain.
+        If the rates of the index do not fit the chain, or the index is zero everywhere.
     """
-    return tuple(joint - 1 for joint in derive(chain, index).matters)
+    checks.instance(chain, "chain", Chain)
+    checks.instance(index, "index", Index)
+    function = index.bind(chain)
+    slopes, values = _slopes(function, chain)
+    if not values.any():
+        raise ValueError(
+            f"{index!r} is zero everywhere for {chain.name} with its {chain.joints} joints; choose rows that "
+            "its tool can move along, such as rows='translational'"
+        )
+    try:
+        return tuple(joint - 1 for joint in derive(chain, index).matters)
+    except ValueError:
+        matter = slopes > 1e-9 * slopes.max()
+        return tuple(matter.nonzero().flatten().tolist())
+
+
+def _slopes(function: Callable[[Tensor], Tensor], chain: Chain) -> tuple[Tensor, Tensor]:
+    """Largest absolute derivative along each joint (n), and the values, at points within the limits."""
+    lower, upper = (limits.clamp(-math.pi, math.pi) for limits in (chain.lower, chain.upper))
+    u = torch.rand(64, chain.joints, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    q = torch.lerp(lower, upper, u).requires_grad_()
+    values = function(q)
+    (gradients,) = torch.autograd.grad(values.sum(), q)
+    return gradients.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0).abs().amax(0), values.detach()
 
 
 # ---- draws -------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from torch import Tensor
 
 from dexterity import checks, sealed, store
@@ -94,7 +95,9 @@ def load(path: str | os.PathLike[str]) -> Network:
     """
     content = _content(path)
     try:
-        return _network(*sealed.unpacked(content, KIND))
+        # On the CPU, whatever torch's default device is.
+        with torch.device("cpu"):
+            return _network(*sealed.unpacked(content, KIND))
     except (NetworkFileError, sealed.SealedFileError) as error:
         raise NetworkFileError(f"{os.fspath(path)} {error}") from error.__cause__
     except (KeyError, TypeError, ValueError, OverflowError) as error:

@@ -194,13 +194,14 @@ def fastest(chain: Chain, index: Index) -> tuple[Function, Literal["C", "torch"]
     It is compiled to C where there is a compiler, else derived for torch, and evaluated from the Jacobian
     where it cannot be derived.
     """
+    # A ValueError says that this index cannot be derived, or that it cannot be written in C.
     try:
         return symbolic.compile_index(chain, index, "c"), "C"
-    except (CompilationFailed, NotImplementedError):
+    except (CompilationFailed, ValueError):
         pass
     try:
         return symbolic.compile_index(chain, index, "torch"), "torch"
-    except NotImplementedError:
+    except ValueError:
         return index.bind(chain), "torch"
 
 
@@ -256,6 +257,11 @@ def _task(
     if not torch.isfinite(values).all():
         raise ValueError("the index is infinite or undefined in the space; choose one without singularities")
     low, high = float(values.min()), float(values.max())
+    if low == high == 0:
+        raise ValueError(
+            f"the index is zero everywhere in the space: with {chain.joints} joints choose rows that the "
+            "tool can move along, such as rows='translational'"
+        )
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         raise ValueError(f"the index is {low:.6g} everywhere in the space: there is nothing to learn")
     if relative is None:
