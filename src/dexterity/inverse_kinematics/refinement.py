@@ -14,6 +14,7 @@ Examples
 
 from __future__ import annotations
 
+import functools
 import math
 
 import torch
@@ -21,12 +22,13 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
+from dexterity.descent import descend
 from dexterity.spatial.tolerances import ROUNDING
 
 __all__ = ["arm_size", "polished", "pose_miss"]
 
 _DIGITS = 1e-12  # a miss below this needs no step
-_STEPS, _REACH = 6, 1e-2  # for descriptions that are right to six digits: steps, and from which miss
+_REACH = 0.1  # miss from which a branch is improved where the description is right to six digits
 
 
 def arm_size(arm: Chain) -> float:
@@ -45,17 +47,23 @@ def polished(
     q, T = spatial.wrap_to_pi(q), T.expand(*q.shape[:-1], 4, 4)
     off = pose_miss(arm, q, T, size)
     exact = miss <= ROUNDING
-    for _ in range(1 if exact else _STEPS):
-        near = (off > _DIGITS) & (off < (math.sqrt(ROUNDING) if exact else _REACH))
-        moved = spatial.wrap_to_pi(q[near] + _newton_step(arm, q[near], T[near]))
-        after = pose_miss(arm, moved, T[near], size)
-        if exact:
-            q[near], off[near] = moved, after
-        else:
-            better = after < off[near]
-            q[near] = torch.where(better[:, None], moved, q[near])
-            off[near] = torch.where(better, after, off[near])
+    near = (off > _DIGITS) & (off < (math.sqrt(ROUNDING) if exact else _REACH))
+    if exact:
+        moved = q[near] + _newton_step(arm, q[near], T[near])
+    else:
+        # Near a singular configuration a small miss of the description moves the joints far.
+        moved, _ = descend(_without_limits(arm), T[near].detach(), q[near].detach(), tolerance=_DIGITS)
+        if T.requires_grad:
+            # The descent has no gradient; a step of Newton at its end has that of the configuration.
+            moved = moved + _newton_step(arm, moved, T[near])
+    q[near] = spatial.wrap_to_pi(moved)
+    off[near] = pose_miss(arm, q[near], T[near], size)
     return q, off <= tolerance, off
+
+
+@functools.lru_cache(maxsize=8)
+def _without_limits(arm: Chain) -> Chain:
+    return Chain(arm.screws, arm.home, name=arm.name)
 
 
 def pose_miss(arm: Chain, q: Tensor, T: Tensor, size: float) -> Tensor:

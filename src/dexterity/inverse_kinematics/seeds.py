@@ -104,7 +104,7 @@ def _descended(
         q, miss = descend(
             chain, targets, starts[left, some].flatten(0, 1), rows=rows, tolerance=_DIGITS * tolerance
         )
-        ends[left, some], residual[left, some] = q.view(len(left), size, -1), miss.view(len(left), size)
+        ends[left, some], residual[left, some] = q.view(*starts[left, some].shape), miss.view(len(left), size)
         first += size
         if enough is not None:
             left = left[(residual[left] <= tolerance).sum(1) < enough]

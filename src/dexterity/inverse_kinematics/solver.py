@@ -127,8 +127,8 @@ def solve(
         count=seeds, near=first, enough=enough, tolerance=tolerance, seed=checks.seed(seed),
     )  # fmt: skip
     q, residual = _different(free, poses, chosen, ends, first, value, tolerance)
-    q = q.reshape(*T.shape[:-2], -1, chain.joints).to(T.device)
-    residual = residual.reshape(*T.shape[:-2], -1).to(T.device)
+    q = q.reshape(*T.shape[:-2], *q.shape[1:]).to(T.device)
+    residual = residual.reshape(*T.shape[:-2], *residual.shape[1:]).to(T.device)
     counts = _ended(free, ends, tolerance, T)
     return _ordered(chain, q, residual, None, counts, start, value, limit_tolerance, tolerance)
 
