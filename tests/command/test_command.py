@@ -137,6 +137,40 @@ def test_a_table_is_short_and_says_so(capsys, tmp_path):
     assert "40 more rows; --csv prints all 100" in shown
 
 
+def test_ik_lists_every_configuration_of_a_ur5e(capsys, tmp_path):
+    ur5e = dx.robots.load("ur5e")
+    q = torch.tensor([[0.3, -1.2, 1.5, -0.4, 0.8, 0.1], [-1.0, -0.7, 1.1, 0.2, -0.9, 2.0]]).double()
+    np.save(tmp_path / "T.npy", ur5e.forward(q).numpy())
+    report = json.loads(ask(capsys, "ik", "ur5e", "--poses", tmp_path / "T.npy", "--json"))
+    assert report["finds all"] is True
+    assert report["poses reached"] == "2 of 2"
+    found = [[row[name] for name in ur5e.joint_names] for row in report["rows"]]
+    found = torch.tensor(found, dtype=torch.float64)
+    poses = torch.tensor([row["pose"] for row in report["rows"]])
+    torch.testing.assert_close(ur5e.forward(found), ur5e.forward(q)[poses], rtol=0, atol=1e-8)
+    for pose in range(2):
+        assert (found[poses == pose] - q[pose]).abs().amax(-1).min() < 1e-6
+
+    # What ik prints is what evaluate reads.
+    (tmp_path / "q.csv").write_text(ask(capsys, "ik", "ur5e", "--poses", tmp_path / "T.npy", "--csv"))
+    values = ask(capsys, "evaluate", "ur5e", "kci", "--file", tmp_path / "q.csv", "--csv").splitlines()
+    assert len(values) == len(found) + 1
+
+
+def test_ik_begins_with_the_configuration_near_the_robot(capsys):
+    near = "0.3,-1.2,1.5,-0.4,0.8,6.2831853"
+    T = dx.robots.load("ur5e").forward([0.3, -1.2, 1.5, -0.4, 0.8, 0.0])
+    pose = " ".join(map(repr, T.flatten().tolist()))
+    first = json.loads(ask(capsys, "ik", "ur5e", "--pose", pose, "--near", near, "--json"))["rows"][0]
+    assert list(first.values())[2:] == pytest.approx([0.3, -1.2, 1.5, -0.4, 0.8, 2 * np.pi], abs=1e-6)
+
+
+def test_a_pose_out_of_reach_is_a_negative_answer(capsys):
+    shown = ask(capsys, "ik", "ur5e", "--pose", "3,0,0", "--csv", code=1)
+    assert len(shown.splitlines()) == 1
+    assert "0 of 1" in ask(capsys, "ik", "ur5e", "--pose", "3,0,0", code=1)
+
+
 def test_networks_are_listed(capsys):
     rows = json.loads(ask(capsys, "validate", "--json"))["rows"]
     assert tuple(row["network"] for row in rows) == dx.networks.shipped()
@@ -234,6 +268,11 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["design", "puma560", "w", "--to", "w.npz", "--half-range", "1,2"], "--half-range holds 2"),
         (["design", "puma560", "w", "--to", "w.npz", "--middle", "9,9,9,9,9,9"], "outside the limits"),
         (["design", "puma560", "w"], "--to"),
+        (["ik", "ur5e"], "there is no pose"),
+        (["ik", "ur5e", "--pose", "0.3,0.1"], "--pose holds 2 numbers; 3 or 6 or 7 or 16 are needed"),
+        (["ik", "ur5e", "--pose", "0.3,0.1,0.2", "--near", "1"], "--near holds 1 numbers"),
+        (["ik", "ur5e", "--pose", "0.3,0.1,0.2", "--rows", "up"], "up"),
+        (["ik", "ur5e", "--pose", "0.3,0.1,0.2", "--limit-tolerance", "-1"], "--limit-tolerance"),
         (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),

@@ -24,7 +24,14 @@ import typer
 from typer.main import get_command
 
 import dexterity
-from dexterity.command.options import Configurations, IndexOptions, ReportOptions, RobotOptions, grouped
+from dexterity.command.options import (
+    Configurations,
+    IndexOptions,
+    Poses,
+    ReportOptions,
+    RobotOptions,
+    grouped,
+)
 from dexterity.command.reports import say
 
 __all__ = ["BAD_INPUT", "FAILED", "INTERRUPTED", "NEGATIVE", "application", "run"]
@@ -183,6 +190,53 @@ def evaluate(
     chain = robot.chain()
     asked = meaning.index(index, chain.joints)
     form.give(evaluation.evaluate(chain, asked, configurations.read(chain), gradient, compiled))
+
+
+@application.command(
+    epilog=_examples(
+        "ik panda --pose 0.4,0,0.5,pi,0,0",
+        "ik ur5e --poses weld.csv --near 0,-pi/2,pi/2,0,pi/2,0 --csv",
+        "ik arm.urdf --pose 0.3,0.1,0.2 --rows translational",
+    )
+)
+@grouped
+def ik(
+    *,
+    robot: RobotOptions,
+    poses: Poses,
+    rows: Annotated[
+        str, typer.Option("--rows", help="Rows of the tool's twist that count, such as translational.")
+    ] = "full",
+    near: Annotated[
+        str | None, typer.Option("--near", help="Configuration of the robot: the nearest come first.")
+    ] = None,
+    seeds: Annotated[
+        int, typer.Option("--seeds", min=1, help="Seeds of a search, where there is no closed form.")
+    ] = 64,
+    limit_tolerance: Annotated[
+        float, typer.Option("--limit-tolerance", min=0, help="By how much a limit may be exceeded (rad, m).")
+    ] = 1e-9,
+    beyond_limits: Annotated[
+        bool, typer.Option("--beyond-limits", help="List configurations outside of the limits too.")
+    ] = False,
+    form: ReportOptions,
+) -> int:
+    """Find all configurations at tool poses. Exit code 1 if a pose is out of reach within the limits."""
+    from dexterity.command import inputs, reaching
+    from dexterity.command.typed import numbers
+
+    chain = robot.chain()
+    report, reached = reaching.inverse_kinematics(
+        chain,
+        poses.read(),
+        beyond_limits=beyond_limits,
+        rows=inputs.rows(rows),
+        near=None if near is None else numbers(near, "--near", chain.joints),
+        seeds=seeds,
+        limit_tolerance=limit_tolerance,
+    )
+    form.give(report)
+    return 0 if reached else NEGATIVE
 
 
 @application.command(

@@ -27,7 +27,7 @@ from dexterity.command.options import IndexOptions
 from dexterity.command.typed import number, numbers
 from dexterity.indices import Index
 
-__all__ = ["configurations", "index", "poses"]
+__all__ = ["configurations", "index", "poses", "rows"]
 
 
 def index(options: IndexOptions, name: str, joints: int) -> Index:
@@ -47,9 +47,6 @@ def index(options: IndexOptions, name: str, joints: int) -> Index:
     ValueError
         If the name or a word is unknown, or the number of rates does not fit.
     """
-    rows: Any = options.rows.strip()
-    if "," in rows:
-        rows = tuple(int(row) if row.strip().isdigit() else row.strip() for row in rows.split(","))
     direction: Any = options.direction
     if direction is not None and direction.strip() not in dx.indices.ROW_NAMES:
         direction = tuple(numbers(direction, "--direction"))
@@ -58,11 +55,18 @@ def index(options: IndexOptions, name: str, joints: int) -> Index:
         options.frame.value,
         _rates(options.joint_rates, "--joint-rates", joints),
         _rates(options.tool_rates, "--tool-rates", 6),
-        rows=rows,
+        rows=rows(options.rows),
         direction=direction,
         characteristic_length=None if options.length is None else number(options.length, "--length"),
         joint_noise=_rates(options.joint_noise, "--joint-noise", joints),
     )
+
+
+def rows(text: str) -> Any:
+    """Read a word for rows, or their names or numbers between commas."""
+    if "," not in text:
+        return text.strip()
+    return tuple(int(row) if row.strip().isdigit() else row.strip() for row in text.split(","))
 
 
 def _rates(text: str | None, name: str, count: int) -> tuple[float, ...] | None:

@@ -34,6 +34,9 @@ __all__ = ["Cell", "Form", "Report", "check_output", "say"]
 
 Cell: TypeAlias = str | int | float | bool | None
 
+WIDTH = 160
+"""Letters in a line where the output is no terminal."""
+
 MOST_ROWS = 60
 """Rows of a table for reading; CSV and JSON have all of them."""
 
@@ -88,16 +91,21 @@ class Report:
         return json.dumps({**facts, "rows": rows}, ensure_ascii=False, allow_nan=False) + "\n"
 
     def show(self) -> None:
-        """Print the table, six digits to a number, at most 60 rows of it."""
-        console = Console(highlight=False, soft_wrap=False)
+        """Print the table, four digits to a number, at most 60 rows of it."""
+        # A pipe has no width that a table would have to fit into.
+        console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
         for name, value in self.facts.items():
             console.print(Text(f"{name}: {_shown(value)}"), soft_wrap=True)
-        table = Table(box=SIMPLE_HEAD, pad_edge=False)
         rows = list(self.rows())
+        if not rows:
+            return
+        table = Table(box=SIMPLE_HEAD, pad_edge=False)
         for i, name in enumerate(self.columns):
             numbers = all(isinstance(row[i], int | float) or row[i] is None for row in rows)
             # Names of joints and files are data: no markup in them.
-            table.add_column(Text(name), justify="right" if numbers else "left", overflow="fold")
+            table.add_column(
+                Text(name), justify="right" if numbers else "left", no_wrap=numbers, overflow="fold"
+            )
         for row in rows[:MOST_ROWS]:
             table.add_row(*(Text(_shown(cell)) for cell in row))
         console.print(table)
@@ -163,7 +171,7 @@ def _shown(value: Cell | Sequence[Cell]) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         # No -0 where a value is a rounded zero.
-        return f"{value + 0.0:.6g}"
+        return f"{value + 0.0:.4g}"
     if isinstance(value, str | int):
         return str(value)
     return ", ".join(_shown(item) for item in value)
