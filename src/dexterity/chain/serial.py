@@ -117,7 +117,7 @@ class Chain(Kinematics):
         raise AttributeError(f"a Chain cannot be changed; {name} was to be set")
 
     def __repr__(self) -> str:
-        tool = ", ".join(f"{x:.4g}" for x in (self._home[:3, 3] + 0.0).tolist())
+        tool = ", ".join(f"{round(x, 12) + 0:.4g}" for x in self._home[:3, 3].tolist())
         columns = [
             self._joint_names,
             self._kinds,
@@ -481,6 +481,40 @@ class Chain(Kinematics):
         """
         return self._changed(
             self._screws, self._home @ _one_pose(T_tool_new, "T_tool_new")[0], name, self._inertias
+        )
+
+    def with_limits(
+        self,
+        *,
+        lower: TensorLike | None = None,
+        upper: TensorLike | None = None,
+        rates: TensorLike | None = None,
+    ) -> Chain:
+        """Return the chain with other joint limits and rates; what is left out stays as it is.
+
+        Parameters
+        ----------
+        lower, upper
+            (n,) joint limits, [rad] or [m].
+        rates
+            (n,) largest joint rates, [rad/s] or [m/s].
+
+        Raises
+        ------
+        ValueError
+            If a shape does not fit, a lower limit exceeds its upper one, or a rate is negative.
+        TypeError
+            If the values are no numbers.
+        """
+        return Chain(
+            self._screws,
+            self._home,
+            name=self.name,
+            joint_names=self.joint_names,
+            lower=self._lower if lower is None else lower,
+            upper=self._upper if upper is None else upper,
+            rates=self._rates if rates is None else rates,
+            inertias=self._inertias,
         )
 
     def _changed(self, screws: Tensor, home: Tensor, name: str | None, inertias: Inertias | None) -> Chain:

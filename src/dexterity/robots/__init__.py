@@ -18,23 +18,28 @@ Examples
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Literal
 
-from dexterity import store
 from dexterity.chain import Chain
-from dexterity.robots.description import Description, build, has_joints, nearest, read_description
+from dexterity.robots.description import Description, Vehicle, build, describe, names, read_description
 from dexterity.spatial import TensorLike
 
 __all__ = [
     "Description",
+    "Vehicle",
+    "bluerov2",
     "build",
     "describe",
     "docking_arm",
+    "girona500",
+    "iiwa14",
     "load",
     "names",
+    "oberon7",
     "panda",
     "puma560",
+    "reach_alpha5",
+    "reach_bravo7",
     "read_description",
     "ur5e",
     "uvms",
@@ -77,31 +82,6 @@ def load(name_or_path: str | os.PathLike[str], *, base: str | None = None, tip: 
             " is needed"
         )
     return build(describe(text))
-
-
-def names() -> tuple[str, ...]:
-    """Names of the serial chains that the package describes; the crane has a module of its own."""
-    files = store.data_path("robots").glob("*.toml")
-    return tuple(sorted(path.stem for path in files if has_joints(path)))
-
-
-def describe(name: str) -> Description:
-    """Read the description of one of the package's robots.
-
-    Raises
-    ------
-    ValueError
-        If there is no robot of that name; the nearest names are given.
-    TypeError
-        If `name` is no text.
-    """
-    if not isinstance(name, str):
-        raise TypeError(f"name is {name!r}; the name of a robot is needed")
-    path = store.data_path("robots") / f"{name}.toml"
-    # Only its own file is read, unless the name is unknown.
-    if "\0" in name or Path(name).name != name or not path.is_file() or not has_joints(path):
-        raise ValueError(f"name is {name!r}; {nearest(name, names())}")
-    return read_description(path)
 
 
 def uvms(
@@ -160,18 +140,20 @@ def puma560() -> Chain:
 
 
 def panda() -> Chain:
-    """Seven-joint arm Franka Emika Panda, tool frame at the flange.
+    """Seven-joint arm Franka Emika Panda with its masses, tool frame at the flange.
 
     References
     ----------
     Franka Emika, Franka Control Interface documentation: Denavit–Hartenberg parameters (Craig's convention)
-    and limits in joint space.
+    and limits in joint space. Gaz, Cognetti, Oliva, Robuffo Giordano & De Luca (2019), Dynamic identification
+    of the Franka Emika Panda robot with retrieval of feasible parameters using penalty-based optimization,
+    IEEE Robotics and Automation Letters 4(4).
     """
     return build(describe("panda"))
 
 
 def ur5e() -> Chain:
-    """Six-joint arm Universal Robots UR5e, tool frame at the flange.
+    """Six-joint arm Universal Robots UR5e with its masses, tool frame at the flange.
 
     References
     ----------
@@ -179,3 +161,76 @@ def ur5e() -> Chain:
     specifications.
     """
     return build(describe("ur5e"))
+
+
+def iiwa14() -> Chain:
+    """Seven-joint arm KUKA LBR iiwa 14 R820 with masses of its CAD model, tool frame at the flange.
+
+    References
+    ----------
+    KUKA, Sensitive robotics: LBR iiwa (brochure), dimensions, axis data. Huber et al. (2024), LBR-Stack,
+    Journal of Open Source Software 9(103): masses.
+    """
+    return build(describe("iiwa14"))
+
+
+def oberon7() -> Chain:
+    """Six-joint hydraulic underwater arm Schilling Oberon 7, tool frame at the wrist.
+
+    References
+    ----------
+    Manhães et al. (2016), UUV Simulator, OCEANS MTS/IEEE Monterey; its package uuv_manipulators.
+    """
+    return build(describe("oberon7"))
+
+
+def reach_alpha5() -> Chain:
+    """Four-joint electric underwater arm Reach Alpha 5, whose fifth function is the jaws.
+
+    References
+    ----------
+    Reach Robotics (Blueprint Lab), Reach Alpha: kinematic parameters and data sheet.
+    """
+    return build(describe("reach_alpha5"))
+
+
+def reach_bravo7() -> Chain:
+    """Six-joint electric underwater arm Reach Bravo 7, whose seventh function is the jaws.
+
+    References
+    ----------
+    Reach Robotics (Blueprint Lab), Reach Bravo: kinematic parameters and data sheet.
+    """
+    return build(describe("reach_bravo7"))
+
+
+def bluerov2(arm: Chain | None = None) -> Chain:
+    """Underwater vehicle like a BlueROV2 with an arm below its bow: roll and pitch are passive.
+
+    Parameters
+    ----------
+    arm
+        The arm, its base frame as that of the Reach Alpha 5, which is the default.
+
+    References
+    ----------
+    Blue Robotics, BlueROV2 data sheet: size and speed. The mount is one of the integration kit for the
+    Reach Alpha; see ``data/robots/bluerov2.toml`` for what is assumed.
+    """
+    return build(describe("bluerov2"), arm=arm)
+
+
+def girona500(arm: Chain | None = None) -> Chain:
+    """Underwater vehicle like a Girona 500 with an arm at its bow: it stays upright by its own weight.
+
+    Parameters
+    ----------
+    arm
+        The arm, its base frame as that of the Reach Bravo 7, which is the default.
+
+    References
+    ----------
+    Ribas, Palomeras, Ridao, Carreras & Mallios (2012), Girona 500 AUV: from survey to intervention, IEEE/ASME
+    Transactions on Mechatronics 17(1); see ``data/robots/girona500.toml`` for what is assumed.
+    """
+    return build(describe("girona500"), arm=arm)

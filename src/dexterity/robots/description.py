@@ -17,9 +17,15 @@ one table a joint:
 
 A joint of any form has a ``name``, and may have ``kind`` (``"revolute"`` or ``"prismatic"``), ``lower``,
 ``upper`` [rad] or [m], and ``rate`` [rad/s] or [m/s]; a revolute joint takes ``lower_deg``, ``upper_deg``
-and ``rate_deg`` in their place. Tables ``[base]`` and ``[tool]`` with ``xyz`` and ``rpy`` or ``rpy_deg``
-place the first frame in the world and the tool in the last frame. ``[vehicle]`` with ``size`` [m] puts the
-robot on a free vehicle.
+and ``rate_deg`` in their place. ``inertial`` with ``mass`` [kg], ``centre`` [m] and ``inertia`` = [xx, xy,
+xz, yy, yz, zz] about the centre [kg m²] is given for all joints or for none, in the frame that the row ends
+with: that of the Denavit–Hartenberg row, that of the row of ``[[frames]]``, or world axes at the joint.
+
+Tables ``[base]`` and ``[tool]`` with ``xyz`` and ``rpy`` or ``rpy_deg`` place the first frame in the world
+and the tool in the last frame. ``[vehicle]`` puts the robot on a vehicle: ``size`` [m];
+``[[vehicle.joints]]`` with ``name``, limits and rates, all six without limits if left out; ``axes`` and
+``[vehicle.mount]`` as for :meth:`dexterity.chain.Chain.on_vehicle`; and ``arm``, the name of a robot of the
+package, in a file without joints of its own.
 
 Examples
 --------
@@ -49,7 +55,6 @@ from __future__ import annotations
 import difflib
 import math
 import os
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,17 +63,42 @@ from typing import Any, Literal, TypeAlias, get_args
 import torch
 from torch import Tensor
 
-from dexterity import spatial
-from dexterity.chain import Chain, JointKind
+from dexterity import spatial, store
+from dexterity.chain import Chain, Inertias, JointKind, dh, mounting
 from dexterity.spatial import TensorLike
+from dexterity.spatial.tolerances import SIX_DIGITS
 
-__all__ = ["Description", "Form", "build", "has_joints", "nearest", "read_description"]
+__all__ = ["Description", "Form", "Vehicle", "build", "describe", "names", "read_description"]
 
 Form: TypeAlias = Literal["joints", "dh", "frames"]
 """The table that a file gives its joints in."""
 
-_LARGEST_FILE = 65536  # bytes; the largest of the package's files has 5 kB
 _TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A vehicle that carries a robot.
+
+    Attributes
+    ----------
+    size
+        Extent of its body along x, y, z [m].
+    joints
+        Rows with names, limits and rates; none for six joints without limits.
+    axes
+        ``"world"`` or ``"body"``.
+    mount
+        (4, 4) pose of the arm's world frame in the vehicle.
+    arm
+        Name of the robot of the package that it carries, if the file has no joints itself.
+    """
+
+    size: tuple[float, float, float]
+    joints: tuple[Mapping[str, Any], ...]
+    axes: str
+    mount: Tensor
+    arm: str | None
 
 
 @dataclass(frozen=True)
@@ -91,8 +121,8 @@ class Description:
         Other sets of lengths, by name, with a ``note``.
     base, tool
         (4, 4) poses of the first frame in the world and of the tool in the last frame.
-    vehicle_size
-        Extent of the vehicle's body along x, y, z [m], for a robot that rides on one.
+    vehicle
+        The vehicle that carries the robot.
     """
 
     name: str
@@ -105,16 +135,45 @@ class Description:
     variants: Mapping[str, Mapping[str, float | str]]
     base: Tensor
     tool: Tensor
-    vehicle_size: tuple[float, float, float] | None
+    vehicle: Vehicle | None
+
+    @property
+    def vehicle_size(self) -> tuple[float, float, float] | None:
+        """Extent of the vehicle's body along x, y, z [m]; None without a vehicle."""
+        return None if self.vehicle is None else self.vehicle.size
 
 
-def has_joints(path: Path) -> bool:
-    """Whether a robot file describes a serial chain."""
-    return not set(get_args(Form)).isdisjoint(_toml(path))
+def names() -> tuple[str, ...]:
+    """Names of the serial chains that the package describes; the crane has a module of its own."""
+    files = store.data_path("robots").glob("*.toml")
+    return tuple(sorted(path.stem for path in files if _is_chain(path)))
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the known names that are nearest to an unknown one, as the end of an error."""
+def describe(name: str) -> Description:
+    """Read the description of one of the package's robots.
+
+    Raises
+    ------
+    ValueError
+        If there is no robot of that name; the nearest names are given.
+    TypeError
+        If `name` is no text.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"name is {name!r}; the name of a robot is needed")
+    path = store.data_path("robots") / f"{name}.toml"
+    # Only the robot's own file is read, unless the name is unknown.
+    if "\0" in name or Path(name).name != name or not path.is_file() or not _is_chain(path):
+        raise ValueError(f"name is {name!r}; {_nearest(name, names())}")
+    return read_description(path)
+
+
+def _is_chain(path: Path) -> bool:
+    content = store.read_toml(path)
+    return not set(get_args(Form)).isdisjoint(content) or "arm" in content.get("vehicle", {})
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
     near = difflib.get_close_matches(name, known := list(known), n=3, cutoff=0.3) or sorted(known)
     return f"there is no such one. Nearest: {', '.join(near) or 'none'}"
 
@@ -125,7 +184,7 @@ def read_description(path: Path | str) -> Description:
     Raises
     ------
     ValueError
-        If the file is no TOML, is larger than 64 KiB, or an entry is missing, unknown, of the wrong kind or
+        If the file is no TOML, or an entry is missing, unknown, of the wrong kind or
         contradicts another one; the error names the file and the entry.
     TypeError
         If `path` is no path.
@@ -137,8 +196,8 @@ def read_description(path: Path | str) -> Description:
     path = Path(path)
     try:
         with torch.device("cpu"):
-            return _description(_toml(path))
-    except (ValueError, OverflowError) as error:
+            return _description(store.read_toml(path))
+    except (ValueError, TypeError, OverflowError) as error:
         raise ValueError(f"{path.name} is not a robot file: {error}") from error
 
 
@@ -148,6 +207,7 @@ def build(
     *,
     variant: str | None = None,
     rates: TensorLike | None = None,
+    arm: Chain | None = None,
 ) -> Chain:
     """Chain of a description.
 
@@ -160,47 +220,52 @@ def build(
     variant
         Name of one of the description's variants.
     rates
-        Largest joint rates, vehicle joints first, [m/s] and [rad/s]; those of the file by default, 1 where
-        it has none.
+        (n,) largest rates of all joints of the chain, [m/s] and [rad/s]; those of the file by default, 1
+        where it has none.
+    arm
+        Arm in place of the one that the description's vehicle carries.
 
     Raises
     ------
     ValueError
-        If a length or the variant is unknown, or a length is not finite.
+        If a length or the variant is unknown, a length is not finite, `rates` does not fit, or `arm` is given
+        for a description without a vehicle.
     TypeError
         If an argument is of another type.
     """
     if not isinstance(description, Description):
         raise TypeError(f"description is {description!r}; read_description or describe gives one")
+    chosen, title = _chosen_lengths(description, lengths, variant)
+    with torch.device("cpu"):
+        if arm is None:
+            arm = _arm(description, chosen, title)
+        elif description.vehicle is None:
+            raise ValueError(f"arm is given, and {description.name} is no vehicle")
+        chain = arm if description.vehicle is None else _on_vehicle(arm, description.vehicle, title)
+    return chain if rates is None else chain.with_limits(rates=rates)
+
+
+def _chosen_lengths(
+    description: Description, lengths: Mapping[str, float] | None, variant: str | None
+) -> tuple[dict[str, float], str]:
+    """Lengths of a variant with those that the caller replaces, and the name of the chain."""
     if lengths is not None and not isinstance(lengths, Mapping):
         raise TypeError(f"lengths is {lengths!r}; a mapping from names to lengths is needed")
     chosen = dict(description.lengths)
     title = description.name
     if variant is not None:
         if variant not in description.variants:
-            raise ValueError(f"variant is {variant!r}; {nearest(str(variant), description.variants)}")
+            raise ValueError(f"variant is {variant!r}; {_nearest(str(variant), description.variants)}")
         chosen |= {k: float(v) for k, v in description.variants[variant].items() if k != "note"}
         title = f"{title} ({variant})"
     for key, value in (lengths or {}).items():
         if key not in chosen:
-            raise ValueError(f"lengths holds {key!r}; {nearest(str(key), chosen)}")
+            raise ValueError(f"lengths holds {key!r}; {_nearest(str(key), chosen)}")
         length = spatial.to_float64(value, f"lengths[{key!r}]")
         if length.ndim:
             raise ValueError(f"lengths[{key!r}] has shape {tuple(length.shape)}; a number is needed")
         chosen[key] = float(length)
-
-    vehicle_rates, arm_rates = None, rates
-    if rates is not None and description.vehicle_size is not None:
-        rates = spatial.to_float64(rates, "rates")
-        joints = 6 + len(description.joints)
-        if rates.shape != (joints,):
-            raise ValueError(f"rates has shape {tuple(rates.shape)}; ({joints},) is needed")
-        vehicle_rates, arm_rates = rates[:6], rates[6:]
-    with torch.device("cpu"):
-        arm = _arm(description, chosen, title, arm_rates)
-        if description.vehicle_size is None:
-            return arm
-        return arm.on_vehicle(torch.eye(4, dtype=torch.float64), name=title, rates=vehicle_rates)
+    return chosen, title
 
 
 # ---- reading ---------------------------------------------------------------------------------------
@@ -215,45 +280,60 @@ _ROW: dict[str, set[str]] = {
 _VECTORS = {"axis", "xyz", "rpy", "rpy_deg"}
 
 
-def _toml(path: Path) -> dict[str, Any]:
-    """Content of a file; every error but that of a missing file is a ValueError."""
-    if path.is_dir():
-        raise ValueError("it is a folder")
-    if path.exists() and path.stat().st_size > _LARGEST_FILE:
-        raise ValueError(f"it has {path.stat().st_size} bytes; at most {_LARGEST_FILE} are read")
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except RecursionError as error:
-        raise ValueError("its tables are nested too deeply") from error
-
-
 def _description(content: Mapping[str, Any]) -> Description:
     form: Form = next((form for form in ("dh", "frames") if form in content), "joints")
     extra = {"joints": {"lengths", "variants"}, "dh": {"convention"}, "frames": set[str]()}[form]
     _refuse_unknown(content, _FILE | {form} | extra, "the file")
     convention = content.get("convention", "standard")
     if convention not in ("standard", "modified"):
-        raise ValueError(f"convention is {convention!r}; standard or modified is needed")
+        raise ValueError(f"convention is {_short(convention)}; standard or modified is needed")
     lengths = _numbers(content.get("lengths", {}), "lengths")
-    vehicle = None if "vehicle" not in content else _table(content["vehicle"], "vehicle")
-    if vehicle is not None:
-        _refuse_unknown(vehicle, {"size"}, "vehicle")
+    vehicle = None if "vehicle" not in content else _vehicle(content["vehicle"])
+    carries = vehicle is not None and vehicle.arm is not None
+    if carries and form in content:
+        raise ValueError(f"vehicle has an arm and the file has {form}; one of them is needed")
     description = Description(
         name=_text(content, "name", "the file"),
         source=_text(content, "source", "the file"),
         licence=_text(content, "licence", "the file"),
         form=form,
-        joints=_rows(content, form, lengths),
+        joints=() if carries else _rows(content, form, lengths),
         is_modified=convention == "modified",
         lengths=lengths,
         variants=_variants(content.get("variants", {}), lengths),
         base=_pose(content.get("base", {}), "base"),
         tool=_pose(content.get("tool", {}), "tool"),
-        vehicle_size=None if vehicle is None else _size(_required(vehicle, "size", "vehicle")),
+        vehicle=vehicle,
     )
     for variant in (None, *description.variants):
         build(description, variant=variant)
     return description
+
+
+def _vehicle(value: Any) -> Vehicle:
+    vehicle = _table(value, "vehicle")
+    _refuse_unknown(vehicle, {"size", "joints", "axes", "mount", "arm"}, "vehicle")
+    x, y, z = _vector(_required(vehicle, "size", "vehicle"), "size of vehicle")
+    if min(x, y, z) <= 0:
+        raise ValueError(f"size of vehicle is {[x, y, z]}; three positive lengths are needed")
+    rows = vehicle.get("joints", [])
+    if not isinstance(rows, list):
+        raise ValueError(f"joints of vehicle is {_short(rows)}; one table a joint is needed")
+    for i, row in enumerate(rows):
+        where = f"joint {i + 1} of vehicle"
+        name = _text(_table(row, where), "name", where)
+        _refuse_unknown(row, {"name"} | _LIMITS, where)
+        for key in set(row) - {"name"}:
+            _number(row[key], f"{key} of {where}")
+        slides = mounting.vehicle_joints([name], "world").screws[0, :3].any()
+        _check_angles(row, "prismatic" if slides else "revolute", where)
+    return Vehicle(
+        size=(x, y, z),
+        joints=tuple(rows),
+        axes=vehicle.get("axes", "world"),
+        mount=_pose(vehicle.get("mount", {}), "mount of vehicle"),
+        arm=_text(vehicle, "arm", "vehicle") if "arm" in vehicle else None,
+    )
 
 
 def _rows(content: Mapping[str, Any], form: Form, lengths: Mapping[str, float]) -> tuple[dict[str, Any], ...]:
@@ -266,9 +346,11 @@ def _rows(content: Mapping[str, Any], form: Form, lengths: Mapping[str, float]) 
         kind = row.get("kind", "revolute")
         if kind not in get_args(JointKind):
             raise ValueError(f"kind of {where} is {_short(kind)}; {get_args(JointKind)} are known")
-        _refuse_unknown(row, {"name", "kind"} | _LIMITS | _ROW[form], where)
-        for key in set(row) - {"name", "kind", "step"}:
+        _refuse_unknown(row, {"name", "kind", "inertial"} | _LIMITS | _ROW[form], where)
+        for key in set(row) - {"name", "kind", "step", "inertial"}:
             (_vector if key in _VECTORS else _number)(row[key], f"{key} of {where}")
+        _check_axis(row, where)
+        _check_inertial(row, where, "inertial" in rows[0])
         _check_angles(row, kind, where)
         if form == "joints":
             _required(row, "axis", where)
@@ -287,6 +369,25 @@ def _check_angles(row: Mapping[str, Any], kind: str, where: str) -> None:
     for key in ("theta", "alpha"):
         if key in row and not abs(row[key]) <= _TURN:
             raise ValueError(f"{key} of {where} is {row[key]} rad, more than a turn; {key}_deg takes degrees")
+
+
+def _check_axis(row: Mapping[str, Any], where: str) -> None:
+    length = math.hypot(*row.get("axis", [1]))
+    if abs(length - 1) > SIX_DIGITS:
+        raise ValueError(f"axis of {where} is {row['axis']}, of length {length:.6g}; 1 is needed")
+
+
+def _check_inertial(row: Mapping[str, Any], where: str, needed: bool) -> None:
+    if ("inertial" in row) != needed:
+        raise ValueError(f"{where} has {'no' if needed else 'an'} inertial; all joints need one, or none")
+    if not needed:
+        return
+    inertial = _table(row["inertial"], f"inertial of {where}")
+    _refuse_unknown(inertial, {"mass", "centre", "inertia"}, f"inertial of {where}")
+    if _number(_required(inertial, "mass", f"inertial of {where}"), f"mass of {where}") < 0:
+        raise ValueError(f"mass of {where} is {inertial['mass']}; it must not be negative")
+    _vector(_required(inertial, "centre", f"inertial of {where}"), f"centre of {where}")
+    _vector(_required(inertial, "inertia", f"inertial of {where}"), f"inertia of {where}", 6)
 
 
 def _check_step(row: Mapping[str, Any], where: str, lengths: Mapping[str, float]) -> None:
@@ -313,13 +414,6 @@ def _pose(value: Any, where: str) -> Tensor:
     for key in table:
         _vector(table[key], f"{key} of {where}")
     return _origin(table)
-
-
-def _size(value: Any) -> tuple[float, float, float]:
-    size = _vector(value, "size of vehicle")
-    if min(size) <= 0:
-        raise ValueError(f"size of vehicle is {value!r}; three positive lengths are needed")
-    return size
 
 
 def _refuse_unknown(entries: Mapping[str, Any], known: set[str], where: str) -> None:
@@ -360,11 +454,10 @@ def _number(value: Any, where: str) -> float:
     return float(value)
 
 
-def _vector(value: Any, where: str) -> tuple[float, float, float]:
-    if not isinstance(value, list) or len(value) != 3:
-        raise ValueError(f"{where} is {_short(value)}; three numbers are needed")
-    x, y, z = (_number(number, where) for number in value)
-    return x, y, z
+def _vector(value: Any, where: str, count: int = 3) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != count:
+        raise ValueError(f"{where} is {_short(value)}; {'three' if count == 3 else count} numbers are needed")
+    return tuple(_number(number, where) for number in value)
 
 
 def _short(value: Any) -> str:
@@ -375,46 +468,81 @@ def _short(value: Any) -> str:
 # ---- from rows to a chain --------------------------------------------------------------------------
 
 
-def _arm(
-    description: Description, lengths: Mapping[str, float], name: str, rates: TensorLike | None
-) -> Chain:
+def _arm(description: Description, lengths: Mapping[str, float], name: str) -> Chain:
+    if description.vehicle is not None and description.vehicle.arm is not None:
+        return build(describe(description.vehicle.arm))
     rows = description.joints
-    options: dict[str, Any] = {
-        "name": name,
-        "joint_names": [row["name"] for row in rows],
-        "lower": [_in_radians(row, "lower", -math.inf) for row in rows],
-        "upper": [_in_radians(row, "upper", math.inf) for row in rows],
-        "rates": [_in_radians(row, "rate", 1.0) for row in rows] if rates is None else rates,
-    }
-    base, tool = description.base, description.tool
     if description.form == "dh":
         dh_rows = [_dh_row(row) for row in rows]
-        return Chain.from_dh(dh_rows, description.is_modified, base=base, tool=tool, **options)
-    if description.form == "frames":
-        screws, home = _along_frames(rows, base)
+        screws, frames = dh.screws_and_frames(dh_rows, description.base, description.is_modified)
+    elif description.form == "frames":
+        screws, frames = _along_frames(rows, description.base)
     else:
-        screws, home = _along_steps(rows, lengths)
-        screws, home = screws @ spatial.adjoint(base).mT, base @ home
-    return Chain(screws, home @ tool, **options)
+        screws, frames = _along_steps(rows, lengths, description.base)
+    return Chain(
+        screws,
+        frames[-1] @ description.tool,
+        name=name,
+        joint_names=[row["name"] for row in rows],
+        lower=[_in_radians(row, "lower", -math.inf) for row in rows],
+        upper=[_in_radians(row, "upper", math.inf) for row in rows],
+        rates=[_in_radians(row, "rate", 1.0) for row in rows],
+        inertias=_inertias(rows, torch.stack(frames)) if "inertial" in rows[0] else None,
+    )
 
 
-def _along_steps(rows: Sequence[Mapping[str, Any]], lengths: Mapping[str, float]) -> tuple[Tensor, Tensor]:
+def _on_vehicle(arm: Chain, vehicle: Vehicle, name: str) -> Chain:
+    rows = vehicle.joints
+    if not rows:
+        return arm.on_vehicle(vehicle.mount, axes=vehicle.axes, name=name)
+    return arm.on_vehicle(
+        vehicle.mount,
+        joints=[row["name"] for row in rows],
+        axes=vehicle.axes,
+        lower=[_in_radians(row, "lower", -math.inf) for row in rows],
+        upper=[_in_radians(row, "upper", math.inf) for row in rows],
+        rates=[_in_radians(row, "rate", 1.0) for row in rows],
+        name=name,
+    )
+
+
+def _along_steps(
+    rows: Sequence[Mapping[str, Any]], lengths: Mapping[str, float], base: Tensor
+) -> tuple[Tensor, tuple[Tensor, ...]]:
+    """Screws, and a frame with world axes at each joint."""
     point = torch.zeros(3, dtype=torch.float64)
-    screws = []
+    screws, frames = [], []
     for row in rows:
         for length, direction in row.get("step", {}).items():
             point = point + lengths[length] * torch.tensor(direction, dtype=torch.float64)
         screws.append(_screw(torch.tensor(row["axis"], dtype=torch.float64), point, row))
-    return torch.stack(screws), spatial.pose(torch.eye(3, dtype=torch.float64), point)
+        frames.append(base @ spatial.pose(torch.eye(3, dtype=torch.float64), point))
+    return torch.stack(screws) @ spatial.adjoint(base).mT, tuple(frames)
 
 
-def _along_frames(rows: Sequence[Mapping[str, Any]], base: Tensor) -> tuple[Tensor, Tensor]:
-    T, screws = base, []
+def _along_frames(rows: Sequence[Mapping[str, Any]], base: Tensor) -> tuple[Tensor, tuple[Tensor, ...]]:
+    """Screws, and the frame that each row ends with."""
+    T, screws, frames = base, [], []
     for row in rows:
         T = T @ _origin(row)
         axis = torch.tensor(row.get("axis", [0, 0, 1]), dtype=torch.float64)
         screws.append(_screw(T[:3, :3] @ axis, T[:3, 3], row))
-    return torch.stack(screws), T
+        frames.append(T)
+    return torch.stack(screws), tuple(frames)
+
+
+def _inertias(rows: Sequence[Mapping[str, Any]], frames: Tensor) -> Inertias:
+    """Masses of the links at home in the world, from those in the frames of their rows."""
+    numbers = [row["inertial"] for row in rows]
+    xx, xy, xz, yy, yz, zz = torch.tensor([each["inertia"] for each in numbers], dtype=torch.float64).unbind(
+        1
+    )
+    in_frames = Inertias(
+        torch.tensor([each["mass"] for each in numbers], dtype=torch.float64),
+        torch.tensor([each["centre"] for each in numbers], dtype=torch.float64),
+        torch.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], dim=1).reshape(-1, 3, 3),
+    )
+    return in_frames.moved(frames)
 
 
 def _screw(axis: Tensor, point: Tensor, row: Mapping[str, Any]) -> Tensor:
@@ -424,18 +552,8 @@ def _screw(axis: Tensor, point: Tensor, row: Mapping[str, Any]) -> Tensor:
 
 
 def _origin(table: Mapping[str, Any]) -> Tensor:
-    """Pose of ``xyz`` and of ``rpy``, turned about the fixed axes x, then y, then z."""
-    T = torch.eye(4, dtype=torch.float64)
     angles = table.get("rpy") or [math.radians(angle) for angle in table.get("rpy_deg", (0.0, 0.0, 0.0))]
-    for axis, angle in enumerate(angles):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        turn = torch.eye(4, dtype=torch.float64)
-        turn[i, i] = turn[j, j] = math.cos(angle)
-        turn[j, i] = math.sin(angle)
-        turn[i, j] = -math.sin(angle)
-        T = turn @ T
-    T[:3, 3] = torch.tensor(table.get("xyz", [0, 0, 0]), dtype=torch.float64)
-    return T
+    return spatial.from_rpy(angles, table.get("xyz", (0.0, 0.0, 0.0)))
 
 
 def _dh_row(row: Mapping[str, Any]) -> dict[str, float | int | str]:

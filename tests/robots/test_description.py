@@ -12,7 +12,10 @@ from torch.testing import assert_close
 import dexterity as dx
 from dexterity import robots, store
 
-NAMES = ("docking_arm", "fanuc_am120ib", "panda", "puma560", "ur5e", "uvms")
+NAMES = (
+    "bluerov2", "docking_arm", "fanuc_am120ib", "girona500", "iiwa14", "oberon7", "panda", "puma560",
+    "reach_alpha5", "reach_bravo7", "ur5e", "uvms",
+)  # fmt: skip
 LINKAGES = ("patu655",)
 UVMS_FILE = store.data_path("robots", "uvms.toml").read_text(encoding="utf-8")
 
@@ -260,6 +263,52 @@ def test_ones_own_file_of_denavit_hartenberg_rows_is_read(robot_file):
     assert chain.upper.tolist() == [math.inf, 1]
 
 
+def test_a_byte_order_mark_is_passed_over(robot_file):
+    assert robots.read_description(robot_file(b"\xef\xbb\xbf" + SMALL.encode())).name == "arm"
+
+
+def test_rows_of_craigs_convention_with_a_tool_and_rates_are_read(robot_file):
+    panda = store.data_path("robots", "panda.toml").read_text(encoding="utf-8")
+    chain = robots.load(robot_file(panda.replace('"panda"', '"mine"')))
+    assert chain.name == "mine"
+    assert_close(chain.home, dx.robots.panda().home, rtol=0, atol=0)
+    assert chain.rates.tolist() == [2.175] * 4 + [2.61] * 3
+
+
+def test_frames_are_those_of_a_urdf(robot_file):
+    """The case of a reach of three kinds of origins: in radians, in degrees, and none."""
+    text = """
+name = "frames"
+source = "nobody"
+licence = "MIT"
+base = { xyz = [0, 0, 1] }
+tool = { xyz = [0, 0, 0.1], rpy_deg = [0, 0, 90] }
+[[frames]]
+name = "a"
+xyz = [0.1, 0.2, 0.3]
+rpy = [0.1, 0.2, 0.3]
+axis = [0, 0.6, 0.8]
+[[frames]]
+name = "b"
+kind = "prismatic"
+rpy_deg = [0, 90, 0]
+upper = 1
+"""
+    urdf = """<robot name="frames"><link name="world"/><link name="base"/><link name="l1"/>
+<link name="l2"/><link name="tool"/>
+<joint name="f" type="fixed"><parent link="world"/><child link="base"/><origin xyz="0 0 1"/></joint>
+<joint name="a" type="continuous"><parent link="base"/><child link="l1"/>
+<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 3 4"/></joint>
+<joint name="b" type="prismatic"><parent link="l1"/><child link="l2"/><origin rpy="0 1.5707963267948966 0"/>
+<axis xyz="0 0 1"/><limit lower="0" upper="1"/></joint>
+<joint name="t" type="fixed"><parent link="l2"/><child link="tool"/>
+<origin xyz="0 0 0.1" rpy="0 0 1.5707963267948966"/></joint></robot>"""
+    file, chain = robots.load(robot_file(text)), robots.load(urdf)
+    q = [0.7, 0.3]
+    assert_close(file.forward(q), chain.forward(q), rtol=0, atol=1e-15)
+    assert_close(file.spatial_jacobian(q), chain.spatial_jacobian(q), rtol=0, atol=1e-15)
+
+
 def replaced(old: str, new: str, content: str = SMALL) -> str:
     assert content.count(old) == 1
     return content.replace(old, new)
@@ -290,9 +339,9 @@ BAD_FILES = {
     "axis is a text": (replaced("[0, 1, 0]", '"010"'), "axis of joint 2 is '010'"),
     "axis of texts": (replaced("[0, 1, 0]", '[0, "1", 0]'), "axis of joint 2 is '1'"),
     "axis holds NaN": (replaced("[0, 1, 0]", "[0, nan, 0]"), "axis of joint 2 is nan"),
-    "long axis of rotation": (replaced("[0, 1, 0]", "[0, 2, 0]"), r"screws\[1\] .*length 2"),
-    "long axis of translation": (replaced("[0, 0, 1]", "[0, 1, 1]"), r"screws\[0\] .*length 1.41"),
-    "axis of zeros": (replaced("[0, 1, 0]", "[0, 0, 0]"), r"screws\[1\] .*length 0"),
+    "long axis of rotation": (replaced("[0, 1, 0]", "[0, 2, 0]"), r"axis of joint 2 is .*, of length 2"),
+    "long axis of translation": (replaced("[0, 0, 1]", "[0, 1, 1]"), "axis of joint 1 is .*, of length 1.41"),
+    "axis of zeros": (replaced("[0, 1, 0]", "[0, 0, 0]"), "axis of joint 2 is .*, of length 0; 1 is needed"),
     "lower limit is a text": (replaced("lower = -1", 'lower = "-1"'), "lower of joint 1 is '-1'"),
     "lower limit above the upper": (replaced("lower = -1", "lower = 2"), "lower exceeds upper at joint 1"),
     "step by an unknown length": (replaced("{ a =", "{ b ="), r"step of joint 2 holds \['b'\]"),
@@ -321,6 +370,67 @@ BAD_FILES = {
     "binary": (bytes(range(256)), ""),
     "UTF-16": (SMALL.encode("utf-16"), ""),
 }  # fmt: skip
+BODY = "{ mass = 1, centre = [0, 0, 0], inertia = [0, 0, 0, 0, 0, 0] }"
+BAD_FILES |= {
+    "two units": (
+        replaced("theta_deg = 90", "theta_deg = 90\ntheta = 1.57", SMALL_DH),
+        "holds theta and theta_deg",
+    ),
+    "two units of a limit": (
+        replaced("lower = 0", "lower = 0\nlower_deg = 0", SMALL_DH),
+        "holds lower and lower_deg",
+    ),
+    "degrees of a slide": (
+        replaced("lower = 0", "lower_deg = -90", SMALL_DH),
+        "joint 2 is prismatic and holds lower_deg",
+    ),
+    "rate in degrees of a slide": (
+        replaced("lower = 0", "rate_deg = 9", SMALL_DH),
+        "prismatic and holds rate_deg; rate",
+    ),
+    "negative rate": (replaced("lower = 0", "rate = -1", SMALL_DH), "rates must be finite and not negative"),
+    "degrees taken for radians": (
+        replaced("theta_deg = 90", "alpha = 90", SMALL_DH),
+        "alpha of joint 1 is 90 rad, .*alpha_deg",
+    ),
+    "nearest key": (replaced("theta_deg = 90", "tetha_deg = 90", SMALL_DH), "did you mean theta_deg"),
+    "unknown convention": ('convention = "craig"\n' + SMALL_DH, "convention is 'craig'"),
+    "tool that is no table": (
+        replaced('licence = "MIT"', 'licence = "MIT"\ntool = [0, 0, 1]', SMALL_DH),
+        "tool is ",
+    ),
+    "tool in two units": (
+        "tool = { rpy = [0, 0, 1], rpy_deg = [0, 0, 1] }\n" + SMALL_DH,
+        "tool holds rpy and rpy_deg",
+    ),
+    "tool of two numbers": ("tool = { xyz = [0, 1] }\n" + SMALL_DH, r"xyz of tool is \[0, 1\]"),
+    "negative vehicle": (replaced("[1, 2, 3]", "[-1, 0, 1]"), "size of vehicle is .*three positive lengths"),
+    "vehicle with axes of its tool": (replaced("size =", 'axes = "tool"\nsize ='), "axes is 'tool'"),
+    "vehicle with an arm and joints": (
+        replaced("size =", 'arm = "panda"\nsize ='),
+        "vehicle has an arm and the file has",
+    ),
+    "vehicle of an unknown joint": (
+        replaced("size = [1, 2, 3]", 'size = [1, 2, 3]\njoints = [{ name = "w" }]'),
+        "joints is 'w'",
+    ),
+    "vehicle that slides by degrees": (
+        replaced("size = [1, 2, 3]", 'size = [1, 2, 3]\njoints = [{ name = "x", lower_deg = 1 }]'),
+        "prismatic and holds lower_deg",
+    ),
+    "one inertial": (
+        replaced('name = "slide"', f'name = "slide"\ninertial = {BODY}'),
+        "joint 2 has no inertial",
+    ),
+    "inertial without a mass": (
+        SMALL_DH + "inertial = { centre = [0, 0, 0] }\n",
+        "joint 2 has an inertial; all joints need one",
+    ),
+    "5000 digits": (replaced("d = 0.25", "d = " + "1" * 5000, SMALL_DH), ""),
+    "nested a lot": (SMALL_DH + "a = " + "[" * 5000 + "]" * 5000 + "\n", ""),
+    "key of many parts": ("x." * 20000 + "y = 1\n" + SMALL_DH, "line 1 has more than"),
+    "name that is not printable": (replaced('"turn"', '"tu\\u0007rn"'), r"joint_names\[1\] is"),
+}
 
 
 @pytest.mark.parametrize(("content", "message"), BAD_FILES.values(), ids=BAD_FILES)
