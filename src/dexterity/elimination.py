@@ -45,6 +45,7 @@ True
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
@@ -62,6 +63,7 @@ __all__ = [
     "determinant",
     "dot",
     "gram",
+    "in_columns_of_rows",
     "laguerre_step",
     "schur_determinant",
     "triangularise",
@@ -97,14 +99,37 @@ def triangularise(record: Recorder, rows: Matrix) -> tuple[Matrix, list[Expr]]:
     ----------
     Golub & Van Loan (2013), section 5.2.
     """
+    L, squares, _ = _triangularise(record, rows)
+    return L, squares
+
+
+def in_columns_of_rows(record: Recorder, rows: Matrix, vectors: Sequence[Sequence[Expr]]) -> Matrix:
+    """Carry vectors of m entries from the columns of the triangle L to the n columns of the rows.
+
+    With the orthogonal Q of rows = L·Qᵀ these are Q·vector: a right singular vector of L becomes one of the
+    rows, with all its digits.
+    """
+    _, _, reflections = _triangularise(record, rows)
+    carried = [[*vector, *[S.Zero] * (len(rows[0]) - len(vector))] for vector in vectors]
+    for i, reflection in reversed(list(enumerate(reflections))):
+        for vector in carried:
+            tail = vector[i:]
+            reflection.apply(record, tail)
+            vector[i:] = tail
+    return carried
+
+
+def _triangularise(record: Recorder, rows: Matrix) -> tuple[Matrix, list[Expr], list[_Reflection]]:
     rows = [list(row) for row in rows]
-    squares = []
+    squares, reflections = [], []
     for i in range(len(rows)):
         tails = [row[i:] for row in rows[i:]]
-        squares.append(_reflect(record, tails[0], tails[1:]))
+        square, reflection = _reflect(record, tails[0], tails[1:])
+        squares.append(square)
+        reflections.append(reflection)
         for row, tail in zip(rows[i:], tails, strict=True):
             row[i:] = tail
-    return [row[: len(rows)] for row in rows], squares
+    return [row[: len(rows)] for row in rows], squares, reflections
 
 
 def bidiagonal_squares(record: Recorder, square_matrix: Matrix) -> list[Expr]:
@@ -118,30 +143,53 @@ def bidiagonal_squares(record: Recorder, square_matrix: Matrix) -> list[Expr]:
     squares = []
     for k in range(len(rows)):
         tails = [row[k:] for row in rows[k:]]
-        squares.append(_reflect(record, tails[0], tails[1:]))
+        squares.append(_reflect(record, tails[0], tails[1:])[0])
         # The same from the left: the first column below the diagonal is reflected onto one entry.
         if len(tails) > 1:
             columns = [list(column) for column in zip(*tails[1:], strict=True)]
-            squares.append(_reflect(record, columns[0], columns[1:]))
+            squares.append(_reflect(record, columns[0], columns[1:])[0])
             tails[1:] = [list(row) for row in zip(*columns, strict=True)]
         for row, tail in zip(rows[k:], tails, strict=True):
             row[k:] = tail
     return squares
 
 
-def _reflect(record: Recorder, x: list[Expr], others: Matrix) -> Expr:
-    """Reflect `x` onto its first axis, and the others with it, all in place; return the square of its length.
+@dataclass(frozen=True)
+class _Reflection:
+    """Reflection along a normal of a few entries, after the first entry was swapped with another."""
+
+    swapped: int = 0
+    entries: Sequence[int] = ()
+    normal: Sequence[Expr] = ()
+    scale: Expr = S.Zero
+
+    def apply(self, record: Recorder, vector: list[Expr]) -> None:
+        """Reflect a vector in place, then undo the swap: the inverse of what was done to the rows."""
+        if any(vector[i] != 0 for i in self.entries):
+            along = record(self.scale * record(dot(self.normal, [vector[i] for i in self.entries])))
+            for i, component in zip(self.entries, self.normal, strict=True):
+                vector[i] = record(vector[i] - along * component)
+        vector[0], vector[self.swapped] = vector[self.swapped], vector[0]
+
+
+def _reflect(record: Recorder, x: list[Expr], others: Matrix) -> tuple[Expr, _Reflection]:
+    """Reflect `x` onto its first axis, and the others with it, all in place.
 
     Entries that are zero take no part; a single one that is not is swapped to the front.
+
+    Returns
+    -------
+    The square of the length of `x`, and the reflection.
     """
     entries = [i for i, entry in enumerate(x) if entry != 0]
     if not entries:
-        return S.Zero
+        return S.Zero, _Reflection()
+    swapped = entries[0]
     for row in (x, *others):
-        row[0], row[entries[0]] = row[entries[0]], row[0]
+        row[0], row[swapped] = row[swapped], row[0]
     entries[0] = 0
     if len(entries) == 1:
-        return record(x[0] ** 2)
+        return record(x[0] ** 2), _Reflection(swapped)
     # The normal is x plus its length along the first axis, with the sign that makes no difference of equals.
     rest = record(sympy.Add(*(x[i] ** 2 for i in entries[1:])))
     square = record(x[0] ** 2 + rest + VANISHING)
@@ -155,7 +203,7 @@ def _reflect(record: Recorder, x: list[Expr], others: Matrix) -> Expr:
             for i, component in zip(entries, normal, strict=True):
                 row[i] = record(row[i] - along * component)
     x[:] = [record(-copysign(length, x[0])), *[S.Zero] * (len(x) - 1)]
-    return square
+    return square, _Reflection(swapped, entries, normal, scale)
 
 
 def determinant(record: Recorder, square_matrix: Matrix) -> Expr:
@@ -245,7 +293,9 @@ def laguerre_step(size: int) -> Program:
     P, slope, half_curvature = even
     under_root = (size - 1) ** 2 * slope**2 - 2 * size * (size - 1) * P * half_curvature
     root = record(sympy.sqrt(record(sympy.Abs(record(under_root)))))
-    step = record(side * size * P / record(side * slope + root + sympy.Float(1e-300)))
+    # The root takes the sign of the slope: that of y's side for an even size, always plus for an odd one.
+    sign = S.One if size % 2 else side
+    step = record(sign * size * P / record(sign * slope + root + sympy.Float(1e-300)))
     return record.program((y, side, *squares), [step])
 
 

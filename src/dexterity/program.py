@@ -201,9 +201,11 @@ def gradient(
 
 
 def _derivative(expression: Expr, value: Symbol, by: Symbol) -> Expr:
-    """Differentiate a step; a root and a reciprocal through their own value, which is known already."""
+    """Differentiate a step; a root, a reciprocal and an exponential through their own, known value."""
     if expression.is_Pow and expression.exp == sympy.S.Half:
         return expression.base.diff(by) / (2 * value)
     if expression.is_Pow and expression.exp == -1:
         return -expression.base.diff(by) * value**2
+    if isinstance(expression, sympy.exp):
+        return expression.args[0].diff(by) * value
     return expression.diff(by)

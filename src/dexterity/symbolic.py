@@ -15,15 +15,16 @@ Examples
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
 import torch
 from jaxtyping import Float64
 from torch import Tensor
-from torch.autograd.function import once_differentiable
+from torch.autograd import forward_ad
 
 from dexterity import spatial
 from dexterity.chain import Chain
@@ -33,7 +34,8 @@ from dexterity.codegen.engine import InC, cached_c_source
 from dexterity.codegen.torch_code import TensorFunction, torch_function
 from dexterity.derivation import Derivation, SymbolicChain, derive
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
-from dexterity.indices import Index
+from dexterity.indices import Index, require_not_zero_everywhere
+from dexterity.indices.reach_of_rows import general_configurations
 from dexterity.spatial import TensorLike
 
 __all__ = [
@@ -54,15 +56,17 @@ Backend: TypeAlias = Literal["torch", "inductor", "c"]
 """What computes, torch step by step, torch through ``torch.compile``, or compiled C."""
 
 
-def compile_index(chain: Chain | SymbolicChain, index: Index, backend: Backend = "torch") -> CompiledIndex:
+def compile_index(
+    chain: Chain | SymbolicChain, index: Index | str, backend: Backend = "torch"
+) -> CompiledIndex:
     """Return an index as a fast function of the chain's joint values.
 
     Parameters
     ----------
     chain
-        A chain of at least six joints, all lengths numbers.
+        A chain, all lengths numbers.
     index
-        Name, frame and limits.
+        Name, frame, rows and limits; or a name or alias alone, such as ``"kci"``, for all that by default.
     backend
         ``"torch"``: needs nothing else and runs on every device. ``"inductor"``: the same through
         ``torch.compile``, which needs a C++ compiler. ``"c"``: on the CPU, fastest for one configuration
@@ -71,8 +75,10 @@ def compile_index(chain: Chain | SymbolicChain, index: Index, backend: Backend =
     Raises
     ------
     ValueError
-        If the backend is unknown, the rates do not fit the chain, lengths have no value, or the chain has
-        fewer than six joints, which makes either index zero everywhere.
+        If the backend is unknown, the rates do not fit the chain, lengths have no value, or the index is
+        zero everywhere, as with fewer joints than rows; rows that the chain can serve are named then.
+    TypeError
+        If `chain` is no chain or `index` no index.
     CompilationFailed
         If a compiler is missing or fails.
     OSError
@@ -80,28 +86,53 @@ def compile_index(chain: Chain | SymbolicChain, index: Index, backend: Backend =
     """
     if backend not in get_args(Backend):
         raise ValueError(f"backend is {backend!r}; {get_args(Backend)} are known")
-    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
-    chain.require_computable(index.name)
-    engine = InC(chain, index) if backend == "c" else _in_torch(derive(chain, index), backend)
-    return CompiledIndex(chain, index, engine)
+    if not isinstance(chain, Chain | SymbolicChain):
+        raise TypeError(f"chain is {chain!r}; a Chain is needed")
+    if not isinstance(index, Index | str):
+        raise TypeError(f"index is {index!r}; an Index is needed, such as Index('manipulability')")
+    index = Index(index) if isinstance(index, str) else index
+    numeric = chain.numeric() if isinstance(chain, SymbolicChain) else chain
+    require_not_zero_everywhere(index, numeric)
+    symbolic = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    engine: Engine
+    if backend == "c":
+        _require_in_c(index)
+        engine = InC(symbolic, index)
+    else:
+        engine = _in_torch(derive(symbolic, index), numeric, backend)
+    return CompiledIndex(numeric, symbolic, index, backend, engine)
 
 
 class CompiledIndex:
     """An index of a chain, compiled; :func:`compile_index` makes it.
 
-    It is called as what :meth:`dexterity.indices.Index.bind` returns is, and differentiable by torch once.
+    It is called as what :meth:`dexterity.indices.Index.bind` returns is, and differentiable by torch in every
+    way. First derivatives in reverse mode are compiled. Where torch traces, maps or differentiates in another
+    way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the plain index computes.
+
     Where w is zero, its minimum, its gradient is zero or that of one side; that of KCI is zero there. Where
     the smallest or the largest singular value repeats, KCI has one-sided derivatives only, and the gradient
-    lies between them.
+    lies between them. At a singularity, a velocity ratio along a direction that can still be reached is
+    between its values beside and at the singularity.
+
+    It can be pickled; where it is loaded it is compiled again, in C from the cache.
     """
 
-    def __init__(self, chain: SymbolicChain, index: Index, engine: Engine) -> None:
+    def __init__(
+        self, numeric: Chain, chain: SymbolicChain, index: Index, backend: Backend, engine: Engine
+    ) -> None:
+        self._numeric = numeric
         self._chain = chain
         self._index = index
+        self._backend = backend
         self._engine = engine
+        self._plain = index.bind(numeric)
 
     def __repr__(self) -> str:
-        return f"CompiledIndex({self._index.name!r} of {self._chain.name!r}, {self._index.frame} frame)"
+        return f"CompiledIndex({self._index!r} of {self._chain.name!r}, backend {self._backend!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile_index, (self._numeric, self._index, self._backend)
 
     @property
     def chain(self) -> SymbolicChain:
@@ -112,6 +143,11 @@ class CompiledIndex:
     def index(self) -> Index:
         """Index that was compiled."""
         return self._index
+
+    @property
+    def backend(self) -> Backend:
+        """What computes."""
+        return self._backend
 
     def __call__(self, q: TensorLike) -> Float64[Tensor, "*batch"]:
         """Value of the index.
@@ -127,6 +163,8 @@ class CompiledIndex:
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
         q = self._configurations(q)
+        if _transformed(q):
+            return self._plain(q)
         if q.requires_grad and torch.is_grad_enabled():
             return _Differentiable.apply(q, self)  # type: ignore[no-untyped-call]
         return self._engine.values(q)
@@ -143,7 +181,7 @@ class CompiledIndex:
 
         Returns
         -------
-        Values (...) and gradients (..., n), per [rad] or [m]. Neither remembers where it came from: for
+        Values (...) and gradients (..., n), per [rad] or [m]. Neither requires a gradient of its own: for
         torch's own differentiation call the index itself.
 
         Raises
@@ -151,14 +189,32 @@ class CompiledIndex:
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        q = self._configurations(q).detach()
-        return self._engine.values_and_gradients(q)
+        q = self._configurations(q)
+        if _transformed(q):
+            gradients = torch.func.grad(lambda x: self._plain(x).sum())(q)
+            return self._plain(q), gradients
+        return self._engine.values_and_gradients(q.detach())
 
     def _configurations(self, q: TensorLike) -> Tensor:
         # The engines refuse what is not finite; a look at it here would cost more than one index in C.
         if not (isinstance(q, Tensor) and q.dtype is torch.float64):
             q = spatial.to_float64(q, "q")
         return spatial.require_joints(q, self._chain.joints, "chain")
+
+    def plain_gradient(self, q: Tensor) -> Tensor:
+        """Gradient of the plain index, which torch can differentiate again, at `q` that requires one."""
+        with torch.enable_grad():
+            (gradient,) = torch.autograd.grad(
+                self._plain(q).sum(), q, create_graph=True, materialize_grads=True
+            )
+        return gradient
+
+
+def _transformed(q: Tensor) -> bool:
+    """Whether torch traces, maps or differentiates in forward mode: nothing compiled can follow it."""
+    return not spatial.are_readable(q) or (
+        forward_ad._current_level >= 0 and forward_ad.unpack_dual(q).tangent is not None
+    )
 
 
 class _Differentiable(torch.autograd.Function):
@@ -167,13 +223,15 @@ class _Differentiable(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, q: Tensor, index: CompiledIndex) -> Tensor:
         values, gradients = index.value_and_gradient(q)
-        ctx.save_for_backward(gradients)
+        ctx.save_for_backward(q, gradients)
+        ctx.index = index
         return values
 
     @staticmethod
-    @once_differentiable
     def backward(ctx: Any, weights: Tensor) -> tuple[Tensor, None]:
-        (gradients,) = ctx.saved_tensors
+        q, gradients = ctx.saved_tensors
+        if torch.is_grad_enabled():  # the gradient is to be differentiated
+            gradients = ctx.index.plain_gradient(q)
         return weights[..., None] * gradients, None
 
 
@@ -188,23 +246,73 @@ class Engine(Protocol):
         """Values (...) and gradients (..., n) of configurations (..., n)."""
 
 
+def _require_in_c(index: Index) -> None:
+    written = index.name in ("manipulability", "kinematic_conditioning") and index.rows == "full"
+    if not written or index.characteristic_length is not None:
+        raise ValueError(f'{index!r} is not written in C; backend="torch" computes it')
+
+
 # ---- in torch --------------------------------------------------------------------------------------
 
 
-def _in_torch(derivation: Derivation, backend: Backend) -> Engine:
-    engines = {"manipulability": _ManipulabilityInTorch, "kinematic_conditioning": _ConditioningInTorch}
-    engine = engines[derivation.index.name](derivation, inductor=backend == "inductor")
-    if backend == "inductor":
-        from torch._dynamo.exc import BackendCompilerFailed  # its import takes most of a second
+def _in_torch(derivation: Derivation, chain: Chain, backend: Backend) -> Engine:
+    inductor = backend == "inductor"
+    engine: Engine
+    if derivation.kind == "numeric":
+        engine = _PlainInTorch(derivation.index.bind(chain))
+    elif derivation.kind == "closed":
+        engine = _ClosedInTorch(derivation, inductor)
+    else:
+        engine = _SpectralInTorch(derivation, inductor)
+    if not inductor:
+        _require_agreement(engine, derivation.index, chain)
+        return engine
+    from torch._dynamo.exc import BackendCompilerFailed  # its import takes most of a second
 
-        try:
-            engine.values(torch.zeros(8, derivation.chain.joints, dtype=torch.float64))
-        except BackendCompilerFailed as error:
-            raise CompilationFailed(
-                f"torch.compile failed, as it does without a C++ compiler ({error}); "
-                'backend="torch" needs none'
-            ) from error
+    try:
+        _require_agreement(engine, derivation.index, chain)
+    except BackendCompilerFailed as error:
+        raise CompilationFailed(
+            f'torch.compile failed, as it does without a C++ compiler ({error}); backend="torch" needs none'
+        ) from error
     return engine
+
+
+def _require_agreement(engine: Engine, index: Index, chain: Chain) -> None:
+    """Make sure that what was derived is the index, at configurations in general position."""
+    q = general_configurations(chain)
+    values, plain = engine.values(q), index.bind(chain)(q)
+    finite = plain[plain.isfinite()]
+    scale = float(finite.abs().max()) if len(finite) else 0.0
+    if not torch.isclose(values, plain, rtol=1e-6, atol=1e-9 * scale).all():
+        raise ValueError(
+            f"{index!r} cannot be compiled for {chain.name}: recorded it is {values.tolist()}, and evaluated "
+            f"{plain.tolist()}. Choose rows that the chain can serve, or mend how the measure is recorded"
+        )
+
+
+class _PlainInTorch:
+    """Evaluates the measure itself, for one that is not recorded."""
+
+    def __init__(self, plain: Callable[[TensorLike], Tensor]) -> None:
+        self._plain = plain
+
+    def values(self, q: Tensor) -> Tensor:
+        with torch.no_grad():
+            return self._plain(q)
+
+    def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
+        rows = spatial.to_float64(q.detach(), "q").reshape(-1, q.shape[-1])
+        pieces = [self._of_piece(piece) for piece in rows.split(_PIECE)]
+        values, gradients = (torch.cat(parts) for parts in zip(*pieces, strict=True))
+        return values.reshape(q.shape[:-1]), gradients.reshape(q.shape)
+
+    def _of_piece(self, q: Tensor) -> tuple[Tensor, Tensor]:
+        with torch.enable_grad():
+            q = q.detach().requires_grad_()
+            values = self._plain(q)
+            (gradients,) = torch.autograd.grad(values.sum(), q)
+        return values.detach(), gradients
 
 
 _PIECE = 8192  # configurations worked on at a time on the CPU: what a step reads is still in its cache
@@ -216,6 +324,7 @@ class _InTorch(ABC):
     def __init__(self, derivation: Derivation, inductor: bool) -> None:
         self._derivation = derivation
         self._inductor = inductor
+        self._turning = [kind == "revolute" for kind in derivation.chain.kinds]
 
     def values(self, q: Tensor) -> Tensor:
         return torch.cat([self._values(columns) for columns in self._columns(q)]).reshape(q.shape[:-1])
@@ -225,11 +334,19 @@ class _InTorch(ABC):
         values, gradients = (torch.cat(parts) for parts in zip(*pieces, strict=True))
         return values.reshape(q.shape[:-1]), gradients.reshape(q.shape)
 
-    def _columns(self, q: Tensor) -> Iterator[tuple[Tensor, ...]]:
+    def _columns(self, q: Tensor) -> Iterator[list[Tensor]]:
+        """Columns of joint values, angles in one turn; then as they are given where limits need them."""
         rows = spatial.to_float64(q.detach(), "q").reshape(-1, q.shape[-1])
         in_pieces = rows.is_cpu and not self._inductor
         for piece in rows.split(_PIECE if in_pieces else max(len(rows), 1)):
-            yield piece.T.contiguous().unbind()
+            given = piece.T.contiguous()
+            # Angles of parallel joints are added: large ones would cost the sum its digits.
+            reduced = torch.where(given.abs() > math.pi, torch.atan2(given.sin(), given.cos()), given)
+            columns = [
+                angle if turns else value
+                for turns, angle, value in zip(self._turning, reduced, given, strict=True)
+            ]
+            yield [*columns, *given] if self._derivation.values_as_given else columns
 
     @abstractmethod
     def _values(self, columns: Sequence[Tensor]) -> Tensor:
@@ -240,14 +357,14 @@ class _InTorch(ABC):
         """Values (N,) and gradients (N, n)."""
 
 
-class _ManipulabilityInTorch(_InTorch):
+class _ClosedInTorch(_InTorch):
     @cached_property
     def _value(self) -> TensorFunction:
-        return torch_function(self._derivation.manipulability, self._inductor)
+        return torch_function(self._derivation.value, self._inductor)
 
     @cached_property
     def _gradient(self) -> TensorFunction:
-        return torch_function(self._derivation.manipulability_gradient)
+        return torch_function(self._derivation.value_and_gradient)
 
     def _values(self, columns: Sequence[Tensor]) -> Tensor:
         return self._value(columns)[0]
@@ -257,14 +374,18 @@ class _ManipulabilityInTorch(_InTorch):
         return value, torch.stack(derivatives, dim=-1)
 
 
-class _ConditioningInTorch(_InTorch):
+class _SpectralInTorch(_InTorch):
     @cached_property
     def _bidiagonal(self) -> TensorFunction:
-        return torch_function(self._derivation.bidiagonal, self._inductor)
+        return torch_function(self._derivation.bidiagonal_with_sum, self._inductor)
 
     @cached_property
     def _step(self) -> TensorFunction:
-        return torch_function(laguerre_step(6), self._inductor)
+        return torch_function(laguerre_step(self._derivation.size), self._inductor)
+
+    @cached_property
+    def _combination(self) -> TensorFunction:
+        return torch_function(self._derivation.combination)
 
     @cached_property
     def _triangle(self) -> TensorFunction:
@@ -272,13 +393,20 @@ class _ConditioningInTorch(_InTorch):
 
     @cached_property
     def _gradient(self) -> TensorFunction:
-        return torch_function(self._derivation.conditioning_gradient)
+        return torch_function(self._derivation.spectral_gradient)
 
     def _values(self, columns: Sequence[Tensor]) -> Tensor:
-        squares = self._bidiagonal(columns)
+        return self._combined(columns)[0]
+
+    def _combined(self, columns: Sequence[Tensor]) -> list[Tensor]:
+        """Value, its derivatives by the smallest and the largest singular value, and the ratio of these."""
+        *squares, total = self._bidiagonal(columns)
         smallest = self._extreme_root(squares, side=-1.0, start=0.0)
         largest = self._extreme_root(squares, side=1.0, start=1.0)
-        return torch.where(largest > 0, smallest / largest, 0.0).sqrt()
+        # Where nothing moves at all the largest is zero as well.
+        ratio = torch.where(largest > 0, smallest / largest, 0.0).sqrt()
+        longest = (torch.where(largest > 0, largest, 1.0) * total).sqrt()
+        return [*self._combination([ratio * longest, longest]), ratio]
 
     def _extreme_root(self, squares: Sequence[Tensor], side: float, start: float) -> Tensor:
         """Roots of the bidiagonal form's polynomial nearest to `start`, on one side of all of them."""
@@ -291,13 +419,16 @@ class _ConditioningInTorch(_InTorch):
         return y.clamp(min=0)
 
     def _values_and_gradients(self, columns: Sequence[Tensor]) -> tuple[Tensor, Tensor]:
-        values = self._values(columns)
-        rows, places = torch.tril_indices(6, 6, device=values.device)
-        L = values.new_zeros(len(values), 6, 6)
+        values, by_smallest, by_largest, ratio = self._combined(columns)
+        m = self._derivation.size
+        rows, places = torch.tril_indices(m, m, device=values.device)
+        L = values.new_zeros(len(values), m, m)
         L[:, rows, places] = torch.stack(self._triangle(columns), dim=-1)
-        vectors, sigma, _ = torch.linalg.svd(L)
-        weights = torch.where(values > ZERO, values.sqrt(), 0.0)[:, None, None]
-        scaled = vectors * weights / torch.where(sigma > 0, sigma, 1.0)[:, None, :]
-        smallest, largest = scaled[..., -1].T, scaled[..., 0].T
-        derivatives = self._gradient([*columns, *smallest.contiguous(), *largest.contiguous()])
+        left, _, right = torch.linalg.svd(L)
+        # What counts as a singularity has its minimum: the gradient is zero.
+        regular = ratio > ZERO
+        a = torch.where(regular, by_smallest, 0.0) * left[:, :, -1].T
+        c = torch.where(regular, by_largest, 0.0) * left[:, :, 0].T
+        vectors = torch.cat([a, right[:, -1].T, c, right[:, 0].T])
+        derivatives = self._gradient([*columns, *vectors])
         return values, torch.stack(derivatives, dim=-1)

@@ -33,7 +33,7 @@ def torch_function(program: Program, inductor: bool = False) -> TensorFunction:
     compute = sympy.lambdify(
         program.used_inputs,
         program.outputs,
-        modules=[{"copysign": _copysign}, torch],
+        modules=[{"copysign": _copysign, "select": _select}, torch],
         printer=_Printer({"fully_qualified_modules": False}),
         cse=lambda _: (list(program.steps), list(program.outputs)),
     )
@@ -56,6 +56,22 @@ class _Printer(TorchPrinter):  # type: ignore[misc]
     def _print_copysign(self, expression: Expr) -> str:
         return f"copysign({', '.join(map(self._print, expression.args))})"
 
+    def _print_select(self, expression: Expr) -> str:
+        return f"select({', '.join(map(self._print, expression.args))})"
+
+    def _print_Infinity(self, _: Expr) -> str:
+        return "inf"
+
+    def _print_NegativeInfinity(self, _: Expr) -> str:
+        return "-inf"
+
 
 def _copysign(magnitude: Tensor | float, sign: Tensor) -> Tensor:
     return torch.where(sign < 0, -1.0, 1.0) * magnitude
+
+
+def _select(decides: Tensor, positive: Tensor | float, otherwise: Tensor | float) -> Tensor:
+    one, other = (
+        torch.as_tensor(x, dtype=decides.dtype, device=decides.device) for x in (positive, otherwise)
+    )
+    return torch.where(decides > 0, one, other)

@@ -147,6 +147,8 @@ class Measure:
         all six rows, about every point.
     mixes_columns
         Whether it depends on J·Jᵀ alone, so that columns may be replaced by others with the same product.
+    same_in_all_axes
+        Whether it is the same in axes that are turned, for whole blocks of three rows with one scale.
     value_at_zero
         What a measure of full rank is where the tool cannot move along all rows.
     """
@@ -167,4 +169,5 @@ class Measure:
     full_rank: bool = True
     volume: bool = False
     mixes_columns: bool = True
+    same_in_all_axes: bool = True
     value_at_zero: float = 0.0

@@ -25,7 +25,7 @@ from dexterity.indices.rows import Rows, shortest_name
 if TYPE_CHECKING:
     from dexterity.indices.index import Index
 
-__all__ = ["require_not_zero_everywhere", "rows_of_full_rank"]
+__all__ = ["general_configurations", "require_not_zero_everywhere", "rows_of_full_rank"]
 
 
 def require_not_zero_everywhere(index: Index, chain: Chain) -> None:
@@ -39,7 +39,7 @@ def require_not_zero_everywhere(index: Index, chain: Chain) -> None:
         If it is; rows that the chain can serve are named.
     """
     measure = index.measure
-    q = _general_configurations(chain)
+    q = general_configurations(chain)
     rows = index.row_numbers
     J = index.normalised_jacobian(chain, q)
     if measure.full_rank:
@@ -63,7 +63,7 @@ def require_not_zero_everywhere(index: Index, chain: Chain) -> None:
 
 def rows_of_full_rank(index: Index, chain: Chain) -> Rows | None:
     """Return rows that the chain can serve all at once: three of a kind if it can, else as many as it can."""
-    J = index.normalised_jacobian(chain, _general_configurations(chain), rows=range(6))
+    J = index.normalised_jacobian(chain, general_configurations(chain), rows=range(6))
     for block in ((0, 1, 2), (3, 4, 5)):
         if set(block) < set(index.row_numbers) and _rank(J[:, list(block)]) == 3:
             return shortest_name(block)
@@ -78,7 +78,7 @@ def _said(rows: Rows) -> str:
     return rows if isinstance(rows, str) else ", ".join(map(str, rows))
 
 
-def _general_configurations(chain: Chain) -> Tensor:
+def general_configurations(chain: Chain) -> Tensor:
     """Eight configurations in which nothing is aligned, the same for all chains of that many joints."""
     random = torch.Generator().manual_seed(0)
     return 2 * torch.rand(8, chain.joints, generator=random, dtype=torch.float64, device="cpu") - 1

@@ -38,7 +38,7 @@ def inradius(J: Float64[Tensor, "*batch m n"]) -> Float64[Tensor, "*batch"]:
     if n < m:
         return torch.zeros_like(J[..., 0, 0])
     subsets = torch.tensor(list(combinations(range(n), m - 1)), dtype=torch.long, device=J.device)
-    columns = J.mT[..., subsets.reshape(-1), :].unflatten(-2, (len(subsets), m - 1))
+    columns = J.mT.index_select(-2, subsets.reshape(-1)).unflatten(-2, (len(subsets), m - 1))
     normals = _normals(columns)
     squares = normals.square().sum(-1)
     spans = squares > (_DEGENERATE * torch.linalg.vector_norm(columns, dim=-1).prod(-1).detach()) ** 2

@@ -48,15 +48,22 @@ def _evaluate(J: Tensor, at: Situation) -> Tensor:
 def _record(record: Recorder, J: Matrix, at: Symbols) -> Expr:
     """Solve L y = u for the triangle L of J: the joint rates of least norm have the norm of y."""
     assert at.direction is not None  # noqa: S101
-    L, squares = triangularise(record, J)
-    if not all(squares):
+    # A row that is zero at all configurations holds what cannot move anyway, or the direction itself.
+    chosen = [i for i, row in enumerate(J) if any(row) or at.direction[i]]
+    J, direction = [J[i] for i in chosen], [at.direction[i] for i in chosen]
+    if not all(any(row) for row in J):
         return S.Zero
+    if len(J[0]) < len(J):
+        raise ValueError(
+            f"a direction among {len(J)} rows cannot be compiled for {len(J[0])} moving joints: choose rows"
+        )
+    L, _ = triangularise(record, J)
     # Row i is multiplied by the diagonal before it, so that nothing is divided by what may vanish.
     y: list[Expr] = []
     scales = [record(L[i][i]) for i in range(len(J))]
     before: Expr = S.One
     for i, row in enumerate(L):
-        rest = record(before * sympy.Float(at.direction[i]) - dot(row[:i], y))
+        rest = record(before * sympy.Float(direction[i]) - dot(row[:i], y))
         # All earlier components are brought to the common denominator, the product of the diagonal so far.
         y = [record(scales[i] * x) for x in y] + [rest]
         before = record(before * scales[i])
