@@ -1,20 +1,31 @@
-"""C sources compiled on demand with the system's compiler, loaded, and kept for the next time."""
+r"""C sources compiled on demand with the system's compiler, loaded, and stored for the next time.
+
+Examples
+--------
+>>> from dexterity.codegen.library import compiled_library
+>>> compiled_library("int twice(int x);\nint twice(int x) { return 2*x; }\n").twice(21)
+42
+"""
 
 from __future__ import annotations
 
 import ctypes
 import os
-import shutil
-import subprocess
+import platform
+import re
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 from torch import Tensor
 
 from dexterity import store
+from dexterity.codegen import cache as entries
+from dexterity.codegen import compiler
 from dexterity.codegen.c_file import NOT_FINITE
+from dexterity.codegen.cache import cache_folder
+from dexterity.codegen.compiler import CompilationFailed
 
 __all__ = [
     "CompilationFailed",
@@ -32,55 +43,114 @@ TUNING = ("-march=native", "-mprefer-vector-width=512")
 """Flags for the processor that this runs on, left out where the compiler refuses them."""
 
 
-class CompilationFailed(RuntimeError):  # noqa: N818  # as it reads in an except clause
-    """There is no compiler, or it refused its work."""
-
-
-def cache_folder() -> Path:
-    """Folder of generated and compiled code: ``$DEXTERITY_CACHE``, or ``dexterity`` in the user's cache."""
-    if named := os.environ.get("DEXTERITY_CACHE"):
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "dexterity"
-
-
 def cached_source(key: str, make: Callable[[], str]) -> str:
-    """Return a generated source by its content key, made only if it is not there yet.
+    """Return a generated source by its content key, made only if it is not there yet, or damaged.
 
     Raises
     ------
     OSError
-        If the cache folder cannot be written.
+        If the cache folder cannot be used or written.
     """
-    path = cache_folder() / f"{key}.c"
-    if path.is_file():
-        return path.read_text(encoding="utf-8")
+    if (content := entries.read(f"{key}.c")) is not None:
+        return content.decode("utf-8")
     source = make()
-    with _naming_the_cache():
-        store.write_atomically(path, source)
+    entries.write(f"{key}.c", source.encode("utf-8"))
     return source
 
 
 def compiled_library(source: str) -> ctypes.CDLL:
     """Compile a C source, unless that was done before, and load it.
 
+    If the source brings a self-test, it is run: a library that does not pass is never used.
+
     Parameters
     ----------
     source
-        Text of a C99 file that needs nothing but ``math.h``.
+        Text of a C99 file that needs nothing but the C library.
 
     Raises
     ------
     CompilationFailed
-        If there is no C compiler (named by ``$CC``, or ``cc``, ``gcc``, ``clang``), or it fails.
+        If there is no C compiler (named by ``$CC``, or ``cc``, ``gcc``, ``clang``), it fails, or what it
+        made does not compute what the source was derived from.
     OSError
-        If the cache folder cannot be written.
+        If the cache folder cannot be used or written.
     """
-    compiler = _compiler()
-    tuning, target = _target(compiler)
-    path = cache_folder() / f"{store.content_key(source, FLAGS, tuning, target)}.so"
-    if not path.exists():
-        _compile(compiler, (*FLAGS, *tuning), source, path)
-    return ctypes.CDLL(str(path))
+    name = f"{store.content_key(source, FLAGS, os.environ.get('CC', ''), _processor())}.so"
+    content = entries.read(name)
+    if content is not None and (library := _working(content, source)) is not None:
+        return library
+    words = compiler.command()
+    entries.sweep()
+    content, flags = _compiled(words, source)
+    library = _working(content, source)
+    if library is None:
+        raise CompilationFailed(
+            f"what {words[0]} made with {' '.join((*words[1:], *flags))} cannot be loaded, or does not "
+            "compute what it was derived from; it was not stored"
+        )
+    entries.write(name, content)
+    return library
+
+
+@cache
+def _processor() -> str:
+    """Name the processor by what it can do, since compiled code may use all of that."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+        abilities = sorted({line for line in lines if line.startswith(("flags", "Features", "model name"))})
+    except OSError:
+        abilities = [platform.processor()]
+    return "\n".join([platform.system(), platform.machine(), *abilities])
+
+
+def _compiled(words: list[str], source: str) -> tuple[bytes, tuple[str, ...]]:
+    """Return a compiled library, and the flags that it was made with; the tuning ones if they are known."""
+    with entries.naming_the_cache():
+        workplace = tempfile.TemporaryDirectory(dir=entries.private_folder(), prefix=".compiling-")
+    with workplace as folder:
+        code, result = Path(folder, "index.c"), Path(folder, "index.so")
+        with entries.naming_the_cache():
+            code.write_text(source, encoding="utf-8")
+        flags = (*FLAGS, *(TUNING if _knows(words, TUNING) else ()))
+        compiler.run([*words, *flags, str(code), "-o", str(result), "-lm"])
+        if not result.is_file():
+            raise CompilationFailed(f"{words[0]} ended without an error, and without a library")
+        return result.read_bytes(), flags
+
+
+def _knows(words: list[str], flags: tuple[str, ...]) -> bool:
+    empty = ("-E", "-x", "c", os.devnull)
+    try:
+        compiler.run([*words, *flags, *empty])
+    except CompilationFailed:
+        return False
+    return True
+
+
+def _working(content: bytes, source: str) -> ctypes.CDLL | None:
+    """Return a library that can be loaded and passes the self-tests of its source, else None."""
+    try:
+        library = _loaded(content)
+        tests = re.findall(r"^int (\w+_selftest)\(void\);$", source, flags=re.MULTILINE)
+        return library if all(getattr(library, test)() == 0 for test in tests) else None
+    except (OSError, AttributeError):
+        return None
+
+
+@cache
+def _loaded(content: bytes) -> ctypes.CDLL:
+    """Load a library from a copy of its content, which nobody else can change and which is then removed."""
+    error = OSError("no folder")
+    for parent in (entries.private_folder(), None):
+        try:
+            with tempfile.TemporaryDirectory(dir=parent, prefix=".loading-") as folder:
+                path = Path(folder, "index.so")
+                path.write_bytes(content)
+                return ctypes.CDLL(str(path))
+        except OSError as failure:  # not writable, full, or nothing may be run from it
+            error = failure
+    raise error
 
 
 class RowFunction:
@@ -134,62 +204,3 @@ def plain_memory(q: Tensor) -> Tensor:
     """Return a tensor that lies on the CPU in its order and without gaps; itself if it does already."""
     # What is to be avoided for a single configuration: each call of torch takes longer than the function.
     return q if q.is_cpu and q.is_contiguous() else q.detach().cpu().contiguous()
-
-
-def _compiler() -> list[str]:
-    named = os.environ.get("CC")
-    for command in [named.split()] if named else [["cc"], ["gcc"], ["clang"]]:
-        if shutil.which(command[0]):
-            return command
-    raise CompilationFailed(
-        f"there is no C compiler ({f'CC is {named!r}' if named else 'cc, gcc and clang were tried'}): "
-        'install one, or use backend="torch", which needs none'
-    )
-
-
-def _target(compiler: Sequence[str]) -> tuple[tuple[str, ...], str]:
-    """Return the flags that the compiler takes, and what it defines then: versions, processor's abilities."""
-    for tuning in (TUNING, ()):
-        run = _run([*compiler, *tuning, "-dM", "-E", "-x", "c", os.devnull])
-        if run.returncode == 0:
-            return tuning, run.stdout
-    raise CompilationFailed(f"{compiler[0]} does not compile an empty file: {_last_lines(run.stderr)}")
-
-
-def _compile(compiler: Sequence[str], flags: Sequence[str], source: str, path: Path) -> None:
-    """Compile into a folder of its own beside `path`, then put the whole file in its place."""
-    with _naming_the_cache():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        workplace = tempfile.TemporaryDirectory(dir=path.parent, prefix=".compiling-")
-    with workplace as folder:
-        code, result = Path(folder, "index.c"), Path(folder, "index.so")
-        code.write_text(source, encoding="utf-8")
-        run = _run([*compiler, *flags, str(code), "-o", str(result), "-lm"])
-        if run.returncode != 0 or not result.exists():
-            raise CompilationFailed(
-                f"{compiler[0]} failed with status {run.returncode}: {_last_lines(run.stderr)}"
-            )
-        result.replace(path)
-
-
-@contextmanager
-def _naming_the_cache() -> Iterator[None]:
-    """Say which folder it is that cannot be written, and how to choose another."""
-    try:
-        yield
-    except OSError as error:
-        raise OSError(
-            f"the cache folder {cache_folder()} cannot be written ({error.strerror}); "
-            "the environment variable DEXTERITY_CACHE names another"
-        ) from error
-
-
-def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
-    except OSError as error:
-        raise CompilationFailed(f"{command[0]} cannot be run: {error}") from error
-
-
-def _last_lines(text: str) -> str:
-    return "\n".join(text.strip().splitlines()[-20:]) or "it printed nothing"
