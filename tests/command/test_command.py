@@ -228,6 +228,29 @@ def test_control_c_keeps_the_networks_that_are_finished(capsys, tmp_path, monkey
     assert dx.networks.load(tmp_path / "w.npz").card["worst_case"]["error"] > 0
 
 
+def test_an_index_is_exported_as_the_library_writes_it(capsys, tmp_path):
+    derivation = dx.symbolic.derive(dx.robots.puma560(), dx.Index("w", "geometric"))
+    for flags, precision in (([], "double"), (["--single"], "float")):
+        ask(capsys, "export", "puma560", "w", "--name", "puma_w", "--to", tmp_path / precision, *flags)
+        for name, content in dx.codegen.c_files(derivation, "puma_w", precision).items():
+            assert (tmp_path / precision / name).read_text() == content
+        sums = (tmp_path / precision / "puma_w.sha256").read_text()
+        assert set(dx.store.read_set(tmp_path / precision, "puma_w.sha256")) == {"puma_w.c", "puma_w.h"}, sums
+    ask(capsys, "export", "puma560", "w", "--form", "javascript", "--name", "puma_w", "--to", tmp_path)
+    assert (tmp_path / "puma_w.js").read_text() == dx.codegen.javascript_module(derivation)
+
+
+def test_a_network_is_exported(capsys, tmp_path):
+    name = "uvms-manipulability-feed-forward"
+    files = json.loads(ask(capsys, "export", name, "--to", tmp_path, "--json"))["rows"]
+    assert [row["file"].rpartition(".")[2] for row in files] == ["h", "c"]
+    pytest.importorskip("onnx")
+    ask(capsys, "export", name, "--to", tmp_path, "--form", "onnx")
+    model = dx.networks.onnx_models.onnx_model(dx.networks.load_shipped(name))
+    written = tmp_path / "uvms_manipulability_feed_forward.onnx"
+    assert written.read_bytes() == model.SerializeToString(deterministic=True)
+
+
 def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
     words = ["evaluate", "puma560", "w", "--q", "0,0.5,0.25,0,0.5,0", "--output", tmp_path / "w.csv"]
     assert ask(capsys, *words) == ""
@@ -273,6 +296,10 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["ik", "ur5e", "--pose", "0.3,0.1,0.2", "--near", "1"], "--near holds 1 numbers"),
         (["ik", "ur5e", "--pose", "0.3,0.1,0.2", "--rows", "up"], "up"),
         (["ik", "ur5e", "--pose", "0.3,0.1,0.2", "--limit-tolerance", "-1"], "--limit-tolerance"),
+        (["export", "puma560", "w", "--form", "onnx", "--to", "."], "--form is onnx"),
+        (["export", "puma560", "w", "--form", "javascript", "--single", "--to", "."], "--single"),
+        (["export", "puma560", "w", "--name", "int", "--to", "."], "int"),
+        (["export", "puma560", "--to", "."], "no such file or network"),
         (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),

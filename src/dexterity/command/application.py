@@ -27,6 +27,7 @@ import dexterity
 from dexterity.command.options import (
     Configurations,
     IndexOptions,
+    Language,
     Poses,
     ReportOptions,
     RobotOptions,
@@ -320,3 +321,43 @@ def design(
         report, learned = learning.design(chain, asked, where, goal, effort, to, bar.step)
     form.give(report)
     return INTERRUPTED if learned.interrupted else 0 if learned.success else NEGATIVE
+
+
+@application.command(
+    epilog=_examples(
+        "export panda kci --to onboard --name panda_kci",
+        "export arm.urdf w --tip flange --rows translational --single --to onboard",
+        "export my_network.npz --form onnx --to onboard",
+    )
+)
+@grouped
+def export(
+    *,
+    source: Annotated[
+        str, typer.Argument(help="Robot of an index; or a network: a file, or its name.", show_default=False)
+    ],
+    index: Annotated[
+        str | None, typer.Argument(help="Index of the robot; without one, a network is exported.")
+    ] = None,
+    to: Annotated[Path, typer.Option("--to", help="Folder of the files.")],
+    form: Annotated[Language, typer.Option("--form", help="Language of the files.")] = Language.C,
+    name: Annotated[
+        str | None, typer.Option("--name", help="What all names in the files begin with.")
+    ] = None,
+    single: Annotated[bool, typer.Option("--single", help="Single precision (c, onnx).")] = False,
+    base: Annotated[
+        str | None, typer.Option("--base", help="Link of the URDF where the chain begins.")
+    ] = None,
+    tip: Annotated[str | None, typer.Option("--tip", help="Link of the URDF where the chain ends.")] = None,
+    meaning: IndexOptions,
+    report: ReportOptions,
+) -> None:
+    """Write an exact index or a network as C with a header, as JavaScript, or as ONNX."""
+    from dexterity.command import exporting, judging
+
+    if index is None:
+        files = exporting.network_files(judging.load(source), form, name, single)
+    else:
+        chain = RobotOptions(source, base, tip).chain()
+        files = exporting.index_files(chain, meaning.index(index, chain.joints), form, name, single)
+    report.give(exporting.write(files, to))

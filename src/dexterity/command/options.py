@@ -39,6 +39,7 @@ __all__ = [
     "Configurations",
     "Frame",
     "IndexOptions",
+    "Language",
     "Poses",
     "ReportOptions",
     "RobotOptions",
@@ -118,6 +119,14 @@ class Frame(Enum):
     GEOMETRIC = "geometric"
     BODY = "body"
     SPATIAL = "spatial"
+
+
+class Language(Enum):
+    """Language of exported files."""
+
+    C = "c"
+    JAVASCRIPT = "javascript"
+    ONNX = "onnx"
 
 
 _INDEX = "Index"
