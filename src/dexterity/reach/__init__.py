@@ -11,10 +11,14 @@ from typing import TYPE_CHECKING
 
 from dexterity import lazy
 from dexterity.reach.positions import ball, bounds, box
+from dexterity.reach.reach_map import ReachMap, ReachMapFileError
 from dexterity.reach.rotation_grid import covering_radius, rotations
+from dexterity.reach.surveys import survey
 from dexterity.reach.tool_poses import panel, planar_bases, pointing, seam
 
 __all__ = [
+    "ReachMap",
+    "ReachMapFileError",
     "ball",
     "bounds",
     "box",
@@ -24,6 +28,7 @@ __all__ = [
     "pointing",
     "rotations",
     "seam",
+    "survey",
 ]
 
 # Hidden from type checkers, for whom every name would otherwise be a module.

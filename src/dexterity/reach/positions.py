@@ -8,9 +8,9 @@ Examples
 torch.Size([9, 3])
 >>> centre, radius = reach.bounds(dx.robots.puma560())
 >>> round(radius, 2)
-0.89
+1.01
 >>> len(reach.ball(centre, radius, spacing=0.2))
-389
+515
 """
 
 from __future__ import annotations
