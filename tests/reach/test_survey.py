@@ -79,6 +79,24 @@ def test_a_redundant_arm_and_its_threads():
     assert_close(one.best[one.reached], dx.Index("w", "geometric")(PANDA, q))
 
 
+def test_a_joint_without_a_rate_is_locked():
+    rover = PUMA.on_vehicle(torch.eye(4), rates=[1, 0, 0, 0, 0, 0], lower=[-1] * 6, upper=[1] * 6)
+    surveyed = reach.survey(rover, GRID[:8], TURNS[:6], starts=4)
+    q, T = witnesses(surveyed)
+    assert len(q) > 10
+    assert (q[:, 1:6] == 0).all()
+    assert q[:, 0].abs().max() > 0.1
+    assert_close(rover.forward(q), T, rtol=0, atol=1e-8)
+
+
+def test_the_ur5e_has_a_closed_form(exact):
+    surveyed = reach.survey(dx.robots.ur5e(), GRID, TURNS, index=KCI)
+    q, T = witnesses(surveyed)
+    assert (surveyed.method, surveyed.missed.upper) == ("closed form", 0.0)
+    assert surveyed.count.max() == 8
+    assert_close(dx.robots.ur5e().forward(q), T, rtol=0, atol=1e-8)
+
+
 def test_beyond_the_arm_nothing_is_reached():
     """reach_ros2#42: no reachable point is said to be reached, and what is out of reach is said to be."""
     surveyed = reach.survey(dx.robots.ur5e(), [[3.0, 0.0, 0.0]], TURNS[:3], starts=2)
@@ -200,7 +218,7 @@ def test_after_ctrl_c_the_finished_part_is_kept_and_can_be_gone_on_from(exact, m
         ({"threads": 0}, ValueError, "threads is 0"),
         ({"limit_tolerance": -1.0}, ValueError, "limit_tolerance is -1"),
         ({"chain": "panda"}, TypeError, "chain is 'panda'"),
-        ({"chain": PANDA, "method": "closed form"}, ValueError, "arm"),
+        ({"chain": PANDA, "method": "closed form"}, ValueError, "panda has none"),
         ({"chain": dx.robots.uvms()}, ValueError, "without limits"),
     ],
 )

@@ -33,7 +33,7 @@ from torch import Tensor
 from dexterity import checks
 from dexterity.chain import Chain
 from dexterity.descent import descend, length_scale
-from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
+from dexterity.inverse_kinematics import closed_form, solve
 from dexterity.spatial.tolerances import LIMIT
 
 __all__ = ["ClosedForm", "Finder", "Found", "Method", "Search", "different", "drawn_range", "finder"]
@@ -99,13 +99,15 @@ class ClosedForm:
 
     def __init__(self, chain: Chain, limit_tolerance: float = LIMIT) -> None:
         self.chain, self.limit_tolerance = chain, limit_tolerance
-        spherical_wrist(chain, chain.home[None])
+        if closed_form(chain) is None or (chain.rates == 0).any():
+            raise ValueError(
+                f"method is 'closed form', which {chain.name} has none of; 'search' takes any chain"
+            )
 
     def __call__(self, T_world_tool: Tensor) -> Found:
         """Look at rigid poses (k, 4, 4)."""
-        q, valid = spherical_wrist(self.chain, T_world_tool)
-        moved, within = nearest_copy(self.chain, q, limit_tolerance=self.limit_tolerance)
-        return Found(moved, valid & within)
+        found = solve(self.chain, T_world_tool, method="closed form", limit_tolerance=self.limit_tolerance)
+        return Found(found.q, found.valid & found.within_limits)
 
 
 class Search:
@@ -114,7 +116,7 @@ class Search:
     Parameters
     ----------
     chain
-        A chain whose prismatic joints have limits.
+        A chain whose prismatic joints have limits. A joint whose rate is zero is locked at zero.
     starts
         Descents for each pose.
     rows
@@ -141,7 +143,7 @@ class Search:
         samples: int = 2**17,
         seed: int = 0,
     ) -> None:
-        self.chain, self.rows = chain, tuple(rows)
+        self.chain, self.rows = _held(chain), tuple(rows)
         self.starts = checks.whole(starts, "starts", least=1, most=10_000)
         self.samples = checks.whole(samples, "samples", least=1)
         self.seed = checks.whole(seed, "seed", least=0)
@@ -223,12 +225,9 @@ def finder(
     whole = chosen == tuple(range(6))
     if method == "closed form" and not whole:
         raise ValueError(f"rows is {chosen}; a closed form has all six, method='search' takes any")
-    if method != "search" and whole:
-        try:
-            return ClosedForm(chain, tolerance)
-        except ValueError:
-            if method == "closed form":
-                raise
+    has_form = closed_form(chain) is not None and bool((chain.rates > 0).all())
+    if method == "closed form" or (method == "auto" and whole and has_form):
+        return ClosedForm(chain, tolerance)
     return Search(chain, starts, chosen, seed=seed)
 
 
@@ -241,6 +240,15 @@ def different(chain: Chain, found: Found) -> Tensor:
     same = ((apart - turns).abs() < _DIFFERENT).all(-1) & allowed[:, None]
     before = torch.ones(q.shape[1], q.shape[1], dtype=torch.bool).tril(-1)
     return allowed & ~(same & before).any(-1)
+
+
+def _held(chain: Chain) -> Chain:
+    """Return a chain whose limits hold its locked joints."""
+    locked = chain.rates == 0
+    if not locked.any():
+        return chain
+    lower, upper = (torch.where(locked, 0.0, limit) for limit in (chain.lower, chain.upper))
+    return chain.with_limits(lower=lower, upper=upper)
 
 
 def drawn_range(chain: Chain) -> tuple[Tensor, Tensor]:

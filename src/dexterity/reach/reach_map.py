@@ -296,6 +296,7 @@ class ReachMap:
         names = (*_FIELDS, "positions", "rotations", "configurations")
         arrays = {name: getattr(self, name).numpy() for name in names}
         arrays |= {name: getattr(chain, name).numpy() for name in _CHAIN}
+        arrays |= {name: part.numpy() for name, part in zip(_INERTIAS, chain.inertias or (), strict=False)}
         store.write_atomically(path, sealed.packed(_KIND, header, arrays))
 
     @classmethod
@@ -349,6 +350,7 @@ class ReachMap:
 
 
 _CHAIN = ("screws", "home", "lower", "upper", "rates")
+_INERTIAS = ("masses", "centres of mass", "inertias")
 
 
 def _turns(T: Tensor, wanted: Tensor) -> Tensor:
@@ -360,10 +362,17 @@ def _parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[
     if header.get("format") != "dexterity-reach-map":
         raise ValueError(f"its header says {header.get('format')!r}")
     tensors = {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}
+    inertias = [tensors[name] for name in _INERTIAS if name in tensors]
     chain = Chain(
-        tensors["screws"], tensors["home"], name=header["robot"], joint_names=header["joint_names"],
-        **{name: tensors[name] for name in ("lower", "upper", "rates")},
-    )  # fmt: skip
+        tensors["screws"],
+        tensors["home"],
+        name=header["robot"],
+        joint_names=header["joint_names"],
+        lower=tensors["lower"],
+        upper=tensors["upper"],
+        rates=tensors["rates"],
+        inertias=(inertias[0], inertias[1], inertias[2]) if inertias else None,
+    )
     wanted = {**_FIELDS, **dict.fromkeys(("positions", "rotations", "configurations"), torch.float64)}
     for name, dtype in wanted.items():
         if tensors[name].dtype != dtype:
