@@ -45,7 +45,7 @@ def agreement(seed: int, reading: Mapping[str, Any], count: int | None = None) -
     """Kendall's τ between two rankings of the same candidates."""
     chain = robots.uvms()
     q = candidates(seed, count or reading["candidate-configurations"])
-    w, kci = (tasks.rank(chain, q, task).values for task in ("valve turning", "welding"))
+    w, kci = (tasks.rank(chain, q, task, frame="spatial").values for task in ("valve turning", "welding"))
     J = chain.geometric_jacobian(q)
     tool_axis = chain.forward(q)[:, :3, 1]
     push, torque = (1 / (tool_axis[:, None] @ rows).norm(dim=-1)[:, 0] for rows in (J[:, :3], J[:, 3:]))
@@ -69,7 +69,7 @@ def choice(seed: int, count: int = 100) -> Iterator[Row]:
     """Deviation of the candidates from their common tool pose, and how much they differ in w and KCI."""
     chain = robots.uvms()
     q = candidates(seed, count)
-    w, kci = (tasks.rank(chain, q, task).values for task in ("valve turning", "welding"))
+    w, kci = (tasks.rank(chain, q, task, frame="spatial").values for task in ("valve turning", "welding"))
     yield {
         "pose": largest(chain.forward(q) - chain.home),
         "w_ratio": w.max() / w.min(),

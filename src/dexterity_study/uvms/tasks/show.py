@@ -35,7 +35,9 @@ def task_table() -> Markup:
 
 def two_rankings(q: Tensor) -> Figure:
     """Draw w against KCI of candidates, with the best ten for each of two tasks."""
-    valve, welding = (tasks.rank(robots.uvms(), q, task) for task in ("valve turning", "welding"))
+    valve, welding = (
+        tasks.rank(robots.uvms(), q, task, frame="spatial") for task in ("valve turning", "welding")
+    )
     fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
     ax.plot(valve.values, welding.values, ".", color="#808080", label="candidate")
     for ranking, marker, task in ((valve, "s", "valve turning, by w"), (welding, "o", "welding, by KCI")):
@@ -49,7 +51,7 @@ def two_rankings(q: Tensor) -> Figure:
 
 def best_and_worst(q: Tensor, task: str) -> Html:
     """Set the best and the worst candidate for a task beside each other."""
-    ranking = tasks.rank(robots.uvms(), q, task)
+    ranking = tasks.rank(robots.uvms(), q, task, frame="spatial")
     pair = []
     for which, place in (("best", ranking.order[0]), ("worst", ranking.order[-1])):
         value = f"{SYMBOLS[ranking.task.index]} = {ranking.values[place]:.2g}"
