@@ -171,6 +171,35 @@ def test_a_pose_out_of_reach_is_a_negative_answer(capsys):
     assert "0 of 1" in ask(capsys, "ik", "ur5e", "--pose", "3,0,0", code=1)
 
 
+REGION = ["--lower", "0.2,-0.4,0", "--upper", "0.8,0.4,0.4", "--spacing", 0.2]
+
+
+def test_a_map_is_surveyed_and_saved(capsys, tmp_path):
+    words = ["map", "ur5e", *REGION, "--index", "kci", "--to", tmp_path / "map.npz", "--json"]
+    entries = {row["entry"]: row["value"] for row in json.loads(ask(capsys, *words))["rows"]}
+    found = dx.reach.ReachMap.load(tmp_path / "map.npz")
+    assert entries["poses reached"] == int(found.reached.sum()) > 0
+    assert entries["poses looked at"] == entries["poses"] == found.reached.numel()
+    assert entries["best index"] == found.best[found.reached].max().item()
+
+
+def test_control_c_keeps_the_poses_that_are_finished_and_continue_goes_on(capsys, tmp_path, monkeypatch):
+    def interrupt(self: Bar, done: int, total: int) -> None:
+        if 0 < done < total:
+            raise KeyboardInterrupt
+
+    words = ["map", "panda", *REGION, "--to", tmp_path / "map.npz", "--threads", 1, "--json"]
+    with monkeypatch.context() as patch:
+        patch.setattr(Bar, "__call__", interrupt)
+        capsys.readouterr()
+        assert main([str(word) for word in words]) == 130
+    part = dx.reach.ReachMap.load(tmp_path / "map.npz")
+    assert not part.finished
+    assert 0 < part.examined.sum() < part.examined.numel()
+    ask(capsys, *words, "--continue")
+    assert dx.reach.ReachMap.load(tmp_path / "map.npz").finished
+
+
 def test_networks_are_listed(capsys):
     rows = json.loads(ask(capsys, "validate", "--json"))["rows"]
     assert tuple(row["network"] for row in rows) == dx.networks.shipped()
@@ -300,6 +329,12 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["export", "puma560", "w", "--form", "javascript", "--single", "--to", "."], "--single"),
         (["export", "puma560", "w", "--name", "int", "--to", "."], "int"),
         (["export", "puma560", "--to", "."], "no such file or network"),
+        (["map", "ur5e", "--to", "map.txt"], "ends in .npz"),
+        (["map", "ur5e", "--to", "map.npz", "--lower", "0,0,0"], "--lower and --upper"),
+        (["map", "ur5e", "--to", "map.npz", "--lower", "0,0", "--upper", "1,1,1"], "--lower holds 2"),
+        (["map", "ur5e", "--to", "map.npz", "--spacing", "0"], "spacing"),
+        (["map", "ur5e", "--to", "map.npz", "--method", "magic"], "magic"),
+        (["map", "ur5e", "--to", "map.npz", "--continue"], "map.npz: No such file"),
         (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),

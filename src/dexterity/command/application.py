@@ -33,7 +33,7 @@ from dexterity.command.options import (
     RobotOptions,
     grouped,
 )
-from dexterity.command.reports import say
+from dexterity.command.reports import require_file, say
 
 __all__ = ["BAD_INPUT", "FAILED", "INTERRUPTED", "NEGATIVE", "application", "run"]
 
@@ -241,6 +241,67 @@ def ik(
 
 
 @application.command(
+    name="map",
+    epilog=_examples(
+        "map ur5e --rotations 72 --index kci --to ur5e.npz",
+        "map panda --lower 0.2,-0.4,0 --upper 0.8,0.4,0.6 --spacing 0.05 --to front.npz",
+        "map panda --lower 0.2,-0.4,0 --upper 0.8,0.4,0.6 --spacing 0.05 --to front.npz --continue",
+    ),
+)
+@grouped
+def reach_map(
+    *,
+    robot: RobotOptions,
+    to: Annotated[Path, typer.Option("--to", help="File of the map (.npz).")],
+    lower: Annotated[str | None, typer.Option("--lower", help="Corner x,y,z of a box (m).")] = None,
+    upper: Annotated[
+        str | None, typer.Option("--upper", help="Its other corner; without both, all that may be in reach.")
+    ] = None,
+    spacing: Annotated[float, typer.Option("--spacing", min=0, help="Distance of positions (m).")] = 0.2,
+    rotations: Annotated[int, typer.Option("--rotations", min=1, help="Least number of rotations.")] = 24,
+    index: Annotated[str | None, typer.Option("--index", help="Index by which poses are valued.")] = None,
+    method: Annotated[str, typer.Option("--method", help="auto, closed form, search or sampling.")] = "auto",
+    rows: Annotated[
+        str, typer.Option("--rows", help="Rows of the tool's pose that must fit, such as translational.")
+    ] = "full",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
+    threads: Annotated[
+        int | None, typer.Option("--threads", min=1, help="All processors by default.")
+    ] = None,
+    go_on: Annotated[
+        bool, typer.Option("--continue", help="Go on from the unfinished map in the file.")
+    ] = False,
+    form: ReportOptions,
+) -> int:
+    """Survey positions and rotations of the tool: what is in reach, and how well.
+
+    Ctrl-C ends the survey; the map of what is finished is written, with exit code 130.
+    """
+    from dexterity.command import inputs, reaching
+    from dexterity.command.progress import Bar
+
+    require_file("--to", to, ".npz")
+    chain = robot.chain()
+    where = reaching.positions(chain, lower, upper, spacing)
+    with Bar("poses") as bar:
+        report, finished = reaching.reach_map(
+            chain,
+            where,
+            rotations,
+            to,
+            go_on,
+            index=index,
+            method=method,
+            rows=inputs.rows(rows),
+            seed=seed,
+            threads=threads,
+            progress=bar,
+        )
+    form.give(report)
+    return 0 if finished else INTERRUPTED
+
+
+@application.command(
     epilog=_examples(
         "validate", "validate my_network.npz --goal 0.01", "validate my_network.npz --points 200000 --json"
     )
@@ -312,7 +373,7 @@ def design(
     from dexterity.command import learning
     from dexterity.command.progress import Bar
 
-    learning.require_name(to)
+    require_file("--to", to, ".npz")
     effort = learning.effort(sizes, training_rows, epochs, restarts, seed)
     chain = robot.chain()
     asked = meaning.index(index, chain.joints)

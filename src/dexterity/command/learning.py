@@ -23,7 +23,7 @@ from dexterity.indices import Index
 from dexterity.networks import Effort, Learned
 from dexterity.sampling import Box
 
-__all__ = ["design", "effort", "require_name", "space"]
+__all__ = ["design", "effort", "space"]
 
 
 def space(chain: Chain, index: Index, middle: str | None, half: str) -> Box:
@@ -65,20 +65,6 @@ def effort(sizes: str, rows: int, epochs: int, restarts: int, seed: int) -> Effo
     if not counts or any(count != int(count) for count in counts):
         raise ValueError(f"--sizes is {sizes!r}; whole numbers such as 4,8,16 are needed")
     return Effort(tuple(map(int, counts)), rows=rows, epochs=epochs, restarts=restarts, seed=seed)
-
-
-def require_name(to: Path) -> None:
-    """Refuse a file for the network that could not be written, before hours of training.
-
-    Raises
-    ------
-    ValueError
-        If its name does not end in ``.npz``, or its folder does not exist.
-    """
-    if to.suffix != ".npz":
-        raise ValueError(f"--to is {str(to)!r}; a name that ends in .npz is needed")
-    if not (folder := to.absolute().parent).is_dir():
-        raise ValueError(f"--to is {str(to)!r}; the folder {folder} does not exist")
 
 
 def design(

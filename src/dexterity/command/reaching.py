@@ -1,4 +1,4 @@
-"""``dexterity ik``: all configurations at tool poses, within the limits.
+"""``dexterity ik`` and ``map``: all configurations at tool poses, and what an arm reaches.
 
 Examples
 --------
@@ -12,16 +12,19 @@ Examples
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import torch
+from torch import Tensor
 
 import dexterity as dx
 from dexterity.chain import Chain
-from dexterity.command.reports import Cell, Report
+from dexterity.command.reports import Cell, Report, say
+from dexterity.command.typed import numbers
 from dexterity.spatial import TensorLike
 
-__all__ = ["inverse_kinematics"]
+__all__ = ["inverse_kinematics", "positions", "reach_map"]
 
 
 def inverse_kinematics(
@@ -67,3 +70,56 @@ def inverse_kinematics(
         "poses reached": f"{int(solutions.reached.sum())} of {len(solutions.reached)}",
     }
     return Report(columns, facts), bool(solutions.reached.all())
+
+
+def positions(chain: Chain, lower: str | None, upper: str | None, spacing: float) -> Tensor:
+    """Return a grid of positions over a box, or over the ball that the tool cannot leave: (p, 3).
+
+    Raises
+    ------
+    ValueError
+        If one corner is missing or is no point, or the spacing is not positive.
+    """
+    if (lower is None) != (upper is None):
+        raise ValueError("--lower and --upper are the corners of a box; give both, or neither")
+    if lower is None or upper is None:
+        return dx.reach.ball(*dx.reach.bounds(chain), spacing)
+    return dx.reach.box(numbers(lower, "--lower", 3), numbers(upper, "--upper", 3), spacing)
+
+
+def reach_map(
+    chain: Chain, where: Tensor, rotations: int, to: Path, go_on: bool, **options: Any
+) -> tuple[Report, bool]:
+    """Survey poses, and save the map; after Ctrl-C, the map of what is finished.
+
+    Parameters
+    ----------
+    chain, where
+        Robot and positions.
+    rotations
+        Least number of rotations.
+    to
+        File of the map (.npz).
+    go_on
+        Whether to go on from the map in that file.
+    options
+        As for :func:`dexterity.reach.survey`.
+
+    Returns
+    -------
+    The map in a few numbers, and whether it is finished.
+
+    Raises
+    ------
+    ValueError
+        If an option does not fit, or the file holds another survey.
+    OSError
+        If a file cannot be read or written.
+    """
+    unfinished = dx.reach.ReachMap.load(to) if go_on else None
+    grid = dx.reach.rotations(rotations)
+    found = dx.reach.survey(chain, where, grid, unfinished=unfinished, **options)
+    found.save(to)
+    say(f"{to} written" if found.finished else f"{to} written, as far as it goes; --continue goes on")
+    entries = found.summary()
+    return Report({"entry": list(entries), "value": list(entries.values())}), found.finished

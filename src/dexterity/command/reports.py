@@ -30,7 +30,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["Cell", "Form", "Report", "check_output", "say"]
+__all__ = ["Cell", "Form", "Report", "check_output", "require_file", "say"]
 
 Cell: TypeAlias = str | int | float | bool | None
 
@@ -145,6 +145,20 @@ def check_output(output: Path | None) -> None:
             raise ValueError(
                 f"--output is {str(output)!r}; the folder {output.absolute().parent} does not exist"
             )
+
+
+def require_file(name: str, file: Path, suffix: str) -> None:
+    """Refuse a file that could not be written, before hours of work.
+
+    Raises
+    ------
+    ValueError
+        If its name does not end in the suffix, or its folder does not exist; the error begins with `name`.
+    """
+    if file.suffix.lower() != suffix:
+        raise ValueError(f"{name} is {str(file)!r}; a name that ends in {suffix} is needed")
+    if not (folder := file.absolute().parent).is_dir():
+        raise ValueError(f"{name} is {str(file)!r}; the folder {folder} does not exist")
 
 
 def _form_of(output: Path) -> Form:
