@@ -220,8 +220,8 @@ def _content(source: str | os.PathLike[str]) -> tuple[str | bytes, str]:
         name = path.name
         if path.suffix == ".xacro":
             raise ValueError(f"{name} is a xacro file: {_how_to_expand(name)}")
-        if not path.is_file():
-            raise FileNotFoundError(f"there is no URDF file {source}")
+        if not _is_file(path):
+            raise FileNotFoundError(f"there is no URDF file {str(source)[:200]}")
         if path.stat().st_size > _LARGEST_FILE:
             raise ValueError(f"{name} has {path.stat().st_size} bytes; at most {_LARGEST_FILE} are read")
         content = path.read_bytes()
@@ -230,6 +230,13 @@ def _content(source: str | os.PathLike[str]) -> tuple[str | bytes, str]:
     if len(content) > _LARGEST_FILE:
         raise ValueError(f"{name} has {len(content)} characters; at most {_LARGEST_FILE} are read")
     return content, name
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long for the file system
+        return False
 
 
 def _how_to_expand(name: str) -> str:

@@ -254,7 +254,10 @@ class Kinematics:
     def _in_pieces(self, q: TensorLike, work: Callable[[Tensor], Tensor]) -> Tensor:
         """Check `q`, hand it to `work` as (n, at most _PIECE) columns, and restore the batch axes."""
         q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "chain")
-        result = torch.cat([work(piece.T) for piece in q.reshape(-1, self.joints).split(_PIECE)])
+        rows = q.reshape(-1, self.joints)
+        # While torch traces, pieces would fix the size of the batch.
+        pieces = [rows] if torch.compiler.is_compiling() else rows.split(_PIECE)
+        result = torch.cat([work(piece.T) for piece in pieces])
         return result.reshape(*q.shape[:-1], *result.shape[1:])
 
     def _tool_pose(self, q: Tensor) -> Tensor:

@@ -55,6 +55,7 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +64,7 @@ from typing import Any, Literal, TypeAlias, get_args
 import torch
 from torch import Tensor
 
-from dexterity import spatial, store
+from dexterity import checks, spatial, store
 from dexterity.chain import Chain, Inertias, JointKind, dh, mounting
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import SIX_DIGITS
@@ -160,11 +161,11 @@ def describe(name: str) -> Description:
         If `name` is no text.
     """
     if not isinstance(name, str):
-        raise TypeError(f"name is {name!r}; the name of a robot is needed")
+        raise TypeError(f"name is {checks.shown(name)}; the name of a robot is needed")
     path = store.data_path("robots") / f"{name}.toml"
     # Only the robot's own file is read, unless the name is unknown.
-    if "\0" in name or Path(name).name != name or not path.is_file() or not _is_chain(path):
-        raise ValueError(f"name is {name!r}; {_nearest(name, names())}")
+    if not re.fullmatch(r"\w{1,100}", name) or not path.is_file() or not _is_chain(path):
+        raise ValueError(f"name is {checks.shown(name)}; {_nearest(name, names())}")
     return read_description(path)
 
 
@@ -286,7 +287,7 @@ def _description(content: Mapping[str, Any]) -> Description:
     _refuse_unknown(content, _FILE | {form} | extra, "the file")
     convention = content.get("convention", "standard")
     if convention not in ("standard", "modified"):
-        raise ValueError(f"convention is {_short(convention)}; standard or modified is needed")
+        raise ValueError(f"convention is {checks.shown(convention)}; standard or modified is needed")
     lengths = _numbers(content.get("lengths", {}), "lengths")
     vehicle = None if "vehicle" not in content else _vehicle(content["vehicle"])
     carries = vehicle is not None and vehicle.arm is not None
@@ -318,7 +319,7 @@ def _vehicle(value: Any) -> Vehicle:
         raise ValueError(f"size of vehicle is {[x, y, z]}; three positive lengths are needed")
     rows = vehicle.get("joints", [])
     if not isinstance(rows, list):
-        raise ValueError(f"joints of vehicle is {_short(rows)}; one table a joint is needed")
+        raise ValueError(f"joints of vehicle is {checks.shown(rows)}; one table a joint is needed")
     for i, row in enumerate(rows):
         where = f"joint {i + 1} of vehicle"
         name = _text(_table(row, where), "name", where)
@@ -339,13 +340,13 @@ def _vehicle(value: Any) -> Vehicle:
 def _rows(content: Mapping[str, Any], form: Form, lengths: Mapping[str, float]) -> tuple[dict[str, Any], ...]:
     rows = _required(content, form, "the file")
     if not isinstance(rows, list) or not rows:
-        raise ValueError(f"{form} is {_short(rows)}; one table a joint is needed")
+        raise ValueError(f"{form} is {checks.shown(rows)}; one table a joint is needed")
     for i, row in enumerate(rows):
         where = f"joint {i + 1}"
         _text(_table(row, where), "name", where)
         kind = row.get("kind", "revolute")
         if kind not in get_args(JointKind):
-            raise ValueError(f"kind of {where} is {_short(kind)}; {get_args(JointKind)} are known")
+            raise ValueError(f"kind of {where} is {checks.shown(kind)}; {get_args(JointKind)} are known")
         _refuse_unknown(row, {"name", "kind", "inertial"} | _LIMITS | _ROW[form], where)
         for key in set(row) - {"name", "kind", "step", "inertial"}:
             (_vector if key in _VECTORS else _number)(row[key], f"{key} of {where}")
@@ -421,7 +422,7 @@ def _refuse_unknown(entries: Mapping[str, Any], known: set[str], where: str) -> 
     if unknown:
         near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.5)
         hint = f"; did you mean {near[0]}?" if near else ";"
-        raise ValueError(f"{where} holds {_short(unknown)}{hint} {sorted(known)} are known")
+        raise ValueError(f"{where} holds {checks.shown(unknown)}{hint} {sorted(known)} are known")
 
 
 def _required(entries: Mapping[str, Any], key: str, where: str) -> Any:
@@ -432,14 +433,14 @@ def _required(entries: Mapping[str, Any], key: str, where: str) -> Any:
 
 def _table(value: Any, where: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise ValueError(f"{where} is {_short(value)}; a table is needed")
+        raise ValueError(f"{where} is {checks.shown(value)}; a table is needed")
     return value
 
 
 def _text(entries: Mapping[str, Any], key: str, where: str) -> str:
     value = _required(entries, key, where)
     if not isinstance(value, str) or not value.strip():
-        raise ValueError(f"{key} of {where} is {_short(value)}; a text is needed")
+        raise ValueError(f"{key} of {where} is {checks.shown(value)}; a text is needed")
     return value
 
 
@@ -450,19 +451,16 @@ def _numbers(values: Any, where: str) -> dict[str, float]:
 def _number(value: Any, where: str) -> float:
     # bool is a kind of int, but true is no number.
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
-        raise ValueError(f"{where} is {_short(value)}; a finite number is needed")
+        raise ValueError(f"{where} is {checks.shown(value)}; a finite number is needed")
     return float(value)
 
 
 def _vector(value: Any, where: str, count: int = 3) -> tuple[float, ...]:
     if not isinstance(value, list) or len(value) != count:
-        raise ValueError(f"{where} is {_short(value)}; {'three' if count == 3 else count} numbers are needed")
+        raise ValueError(
+            f"{where} is {checks.shown(value)}; {'three' if count == 3 else count} numbers are needed"
+        )
     return tuple(_number(number, where) for number in value)
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}…"
 
 
 # ---- from rows to a chain --------------------------------------------------------------------------
