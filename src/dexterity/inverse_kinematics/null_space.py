@@ -100,8 +100,8 @@ def null_space_projector(J: TensorLike, weights: TensorLike | None = None) -> Fl
     """
     J = spatial.to_float64(J, "J")
     inverse = damped_pseudo_inverse(J, 0.0, weights)
-    free = torch.diag_embed((_ease(weights, J) > 0).to(J.dtype).expand(*J.shape[:-2], J.shape[-1]))
-    return free - inverse @ J
+    free = (_ease(weights, J) > 0).to(J.dtype).expand(*J.shape[:-2], J.shape[-1])
+    return torch.diag_embed(free) - inverse @ (J * free[..., None, :])
 
 
 def null_space_step(
