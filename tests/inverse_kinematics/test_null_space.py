@@ -97,11 +97,12 @@ ALPHA = dx.Chain.from_dh(
     lower=[0, 0, 0, 0, -pi], upper=[6.1, 3.5, 3.5, 3.5, pi], rates=[0.5] * 5,
 )  # fmt: skip
 ROV = ALPHA.on_vehicle(dx.spatial.translation(0.2, 0, -0.1), rates=[1.5, 1.5, 1.0, 0, 0, 1.0])
-# Name: chain, start, gain, w at the start and after fifty steps of a hand-written loop (an engineer's review).
+# Name: chain, start, gain, w at the start and after fifty steps of a loop written by hand (a review).
 RUNS = {
     "UVMS": (dx.robots.uvms(), [0, 0, 0, 0.05, -0.1, 0.2, 0.3, 0.6, -0.9, 0.4, 0.7, 0], 0.1, 10.96, 12.91),
     "Panda": (
-        with_rates(PANDA, [2.175] * 4 + [2.61] * 3), [0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5], 0.02, 13.33, 14.78,
+        with_rates(PANDA, [2.175] * 4 + [2.61] * 3), [0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5],
+        0.02, 13.33, 14.78,
     ),
     "ROV": (ROV, [0, 0, 0, 0, 0, 0.1, 0.3, 0.9, 1.1, 0.4, 0.2], 0.1, 0.992, 1.057),
 }  # fmt: skip

@@ -24,7 +24,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import checks, sampling, spatial
+from dexterity import ascent, checks, sampling, spatial
 from dexterity.networks.validation import Function, relative_errors
 from dexterity.sampling import DataSet, Space
 
@@ -166,11 +166,7 @@ def climb(
     steps: int,
     scale: float | None = None,
 ) -> Float64[Tensor, "B m"]:
-    """Climb on the size of the error from points of the unit cube, all at once.
-
-    Every coordinate has a step of its own, which grows while the slope keeps its sign and shrinks when it
-    changes; a point that would leave the cube stays on its face. Only signs of slopes count, so kinks of
-    the index and errors of any size are no trouble.
+    """Climb on the size of the error from points of the unit cube, all at once; see :mod:`dexterity.ascent`.
 
     Parameters
     ----------
@@ -189,37 +185,19 @@ def climb(
     ------
     ValueError
         See :func:`worst_case`.
-
-    References
-    ----------
-    Riedmiller & Braun (1993), A direct adaptive method for faster backpropagation learning: the RPROP
-    algorithm; Igel & Hüsken (2000) for the forgotten slope after a change of sign.
     """
-    length = torch.full_like(u, _FIRST_STEP)
-    before = torch.zeros_like(u)
-    best, highest = u, torch.full_like(u[:, 0], -torch.inf)
-    for _ in range(steps + 1):
-        height, slope = _height_and_slope(f, index, space, u, scale)
-        higher = height > highest
-        best, highest = torch.where(higher[:, None], u, best), torch.where(higher, height, highest)
-        agreement = slope * before
-        length = torch.where(agreement > 0, 1.2 * length, torch.where(agreement < 0, 0.5 * length, length))
-        length = length.clamp(max=_LARGEST_STEP)
-        before = torch.where(agreement < 0, 0.0, slope)
-        u = (u + length * before.sign()).clamp(0, 1)
+    best, _ = ascent.climb(lambda u: _height_and_slope(f, index, space, u, scale), u, steps)
     return best
 
 
 # ---- private ---------------------------------------------------------------------------------------
-
-_FIRST_STEP, _LARGEST_STEP = 0.02, 0.25
 
 
 def _starts(
     f: Function, index: Function, space: Space, search: Search, seed: int, scale: float | None
 ) -> tuple[Tensor, int]:
     """Points of the unit cube with the largest errors, largest first, and how many were looked at."""
-    u = torch.cat([_samples(space, search, seed), _corners(space.dimensions, search, seed)])
+    u = torch.cat([_samples(space, search, seed), ascent.corners(space.dimensions, search.corners, seed)])
     errors = relative_errors(f, _data(index, space.from_unit(u)), scale).abs()
     return u[errors.argsort(descending=True, stable=True)[: search.starts]], len(u)
 
@@ -227,15 +205,6 @@ def _starts(
 def _samples(space: Space, search: Search, seed: int) -> Tensor:
     # The way back from the space may leave the cube by a rounding error.
     return space.to_unit(sampling.sobol(space, search.samples, seed)).clamp(0, 1)
-
-
-def _corners(m: int, search: Search, seed: int) -> Tensor:
-    if 2**m <= search.corners:
-        corners = (torch.arange(2**m)[:, None] >> torch.arange(m)) & 1
-    else:
-        random = torch.Generator().manual_seed(seed)
-        corners = torch.randint(2, (search.corners, m), generator=random)
-    return corners.to(torch.float64)
 
 
 def _data(index: Function, q: Tensor) -> DataSet:

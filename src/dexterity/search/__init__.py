@@ -1,4 +1,7 @@
-"""Search for the best point of a box: the genetic algorithm of paper B, and grids that need no luck.
+"""Search for the best point of a space.
+
+By ascent along the gradient from many starts (`extremes`), by grids that need neither luck nor gradients
+(`zoom_search`), and by the genetic algorithm of paper B.
 
 Examples
 --------
@@ -11,14 +14,18 @@ Examples
 [0.0, 0.0]
 """
 
+from dexterity.search.extremes import Extreme, Extremes, extremes
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
 from dexterity.search.zoom import ZoomOptions, ZoomSearch, zoom_search
 
 __all__ = [
+    "Extreme",
+    "Extremes",
     "GeneticOptions",
     "GeneticSearch",
     "ZoomOptions",
     "ZoomSearch",
+    "extremes",
     "genetic_search",
     "zoom_search",
 ]
