@@ -109,7 +109,8 @@ def extremes(
         checks.whole(number, name, least=1)
     checks.seed(seed)
     function, where = _function(f, space), Box.from_chain(space) if isinstance(space, Chain) else space
-    checks.instance(where, "space", Space)
+    if not isinstance(where, Space):
+        raise TypeError(f"space is {where!r}; a chain or a space such as dexterity.sampling.Box is needed")
     u = where.to_unit(sampling.sobol(where, samples, seed)).clamp(0, 1)
     u = torch.cat([u, corners(where.dimensions, _CORNERS, seed)])
     values = torch.cat([_values(function, where.from_unit(some)) for some in u.split(_AT_ONCE)])
