@@ -137,6 +137,22 @@ def test_a_table_is_short_and_says_so(capsys, tmp_path):
     assert "40 more rows; --csv prints all 100" in shown
 
 
+def test_rank_lists_the_best_first(capsys, tmp_path):
+    ur5e = dx.robots.load("ur5e")
+    q = torch.rand(20, 6, dtype=torch.float64, generator=torch.Generator().manual_seed(0)) * 3
+    np.save(tmp_path / "q.npy", q.numpy())
+    words = ["--file", tmp_path / "q.npy", "--best", 3, "--json"]
+    report = json.loads(ask(capsys, "rank", "ur5e", "welding", *words))
+    ranking = dx.tasks.rank(ur5e, q, "welding")
+    assert [row["configuration"] for row in report["rows"]] == ranking.best(3).tolist()
+    assert [row[ur5e.joint_names[0]] for row in report["rows"]] == q[ranking.best(3), 0].tolist()
+    assert "times the median" in report["effect"]
+
+    by_index = json.loads(ask(capsys, "rank", "ur5e", "tool_deviation", "--rows", "translational", *words))
+    index = dx.Index("tool_deviation", "geometric", rows="translational")
+    assert [row["configuration"] for row in by_index["rows"]] == index(ur5e, q).argsort()[:3].tolist()
+
+
 def test_ik_lists_every_configuration_of_a_ur5e(capsys, tmp_path):
     ur5e = dx.robots.load("ur5e")
     q = torch.tensor([[0.3, -1.2, 1.5, -0.4, 0.8, 0.1], [-1.0, -0.7, 1.1, 0.2, -0.9, 2.0]]).double()
@@ -335,6 +351,9 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["map", "ur5e", "--to", "map.npz", "--spacing", "0"], "spacing"),
         (["map", "ur5e", "--to", "map.npz", "--method", "magic"], "magic"),
         (["map", "ur5e", "--to", "map.npz", "--continue"], "map.npz: No such file"),
+        (["rank", "puma560", "juggling", "--q", "0,0,0,0,0,0"], "welding"),
+        (["rank", "puma560", "juggling", "--q", "0,0,0,0,0,0", "--frame", "body"], "juggling"),
+        (["rank", "puma560", "welding", "--best", "0", "--q", "0,0,0,0,0,0"], "--best"),
         (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),

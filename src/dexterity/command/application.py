@@ -195,6 +195,29 @@ def evaluate(
 
 @application.command(
     epilog=_examples(
+        "rank panda welding --file candidates.csv --best 5",
+        "rank ur5e kci --file candidates.npy --frame body --csv",
+    )
+)
+@grouped
+def rank(
+    *,
+    robot: RobotOptions,
+    task: Annotated[str, typer.Argument(help="A task, such as welding, or an index.", show_default=False)],
+    configurations: Configurations,
+    best: Annotated[int, typer.Option("--best", min=1, help="How many candidates are listed.")] = 10,
+    meaning: IndexOptions,
+    form: ReportOptions,
+) -> None:
+    """Order candidate configurations by a task or an index, best first."""
+    from dexterity.command import evaluation
+
+    chain = robot.chain()
+    form.give(evaluation.rank(chain, task, meaning, configurations.read(chain), best))
+
+
+@application.command(
+    epilog=_examples(
         "ik panda --pose 0.4,0,0.5,pi,0,0",
         "ik ur5e --poses weld.csv --near 0,-pi/2,pi/2,0,pi/2,0 --csv",
         "ik arm.urdf --pose 0.3,0.1,0.2 --rows translational",

@@ -1,4 +1,4 @@
-"""``dexterity evaluate``: an index at configurations.
+"""``dexterity evaluate`` and ``rank``: an index at configurations, and candidates in its order.
 
 Examples
 --------
@@ -17,11 +17,12 @@ import torch
 import dexterity as dx
 from dexterity import spatial
 from dexterity.chain import Chain
+from dexterity.command.options import IndexOptions
 from dexterity.command.reports import Cell, Report
 from dexterity.indices import Index
 from dexterity.spatial import TensorLike
 
-__all__ = ["describe", "evaluate"]
+__all__ = ["describe", "evaluate", "rank"]
 
 
 def evaluate(chain: Chain, index: Index, q: TensorLike, gradient: bool, compiled: bool) -> Report:
@@ -56,6 +57,53 @@ def evaluate(chain: Chain, index: Index, q: TensorLike, gradient: bool, compiled
             for joint, slope in zip(chain.joint_names, slopes.unbind(-1), strict=True)
         }
     return Report(columns, describe(chain, index))
+
+
+def rank(chain: Chain, task: str, meaning: IndexOptions, q: TensorLike, best: int) -> Report:
+    """Order candidates by a task or an index, best first.
+
+    Parameters
+    ----------
+    chain
+        Robot.
+    task
+        Name of a task, or name or alias of an index.
+    meaning
+        Options of the index; where none is given, those of the task.
+    q
+        (m, n) candidate configurations.
+    best
+        How many of them are listed.
+
+    Raises
+    ------
+    ValueError
+        If neither a task nor an index has that name, or the index is zero at all configurations.
+    """
+    asked = meaning != IndexOptions()
+    ranking = dx.tasks.rank(chain, q, meaning.index(_index_of(task), chain.joints) if asked else task)
+    chosen = ranking.best(best)
+    columns: dict[str, list[Cell]] = {
+        "place": list(range(1, len(chosen) + 1)),
+        "configuration": chosen.tolist(),
+        ranking.index.name: ranking.values[chosen].tolist(),
+    }
+    candidates = spatial.to_float64(q, "q")[chosen]
+    columns |= {name: column.tolist() for name, column in zip(chain.joint_names, candidates.T, strict=True)}
+    facts: dict[str, Cell] = {"task": task, **describe(chain, ranking.index)}
+    effect, meant = ranking.explain().splitlines()[1:]
+    return Report(columns, {**facts, "effect": effect, "meaning": meant.removeprefix("Meaning: ")})
+
+
+def _index_of(task: str) -> str:
+    """Return the name of the index of a task; an index is its own."""
+    try:
+        return dx.tasks.find(task).index
+    except ValueError as error:
+        try:
+            return dx.indices.describe(task).name
+        except ValueError:
+            raise error from None
 
 
 def describe(chain: Chain, index: Index) -> dict[str, Cell]:
