@@ -10,6 +10,8 @@ Examples
 from typing import TYPE_CHECKING
 
 from dexterity import lazy
+from dexterity.reach.placements import Placement, Placements
+from dexterity.reach.placing import place
 from dexterity.reach.positions import ball, bounds, box
 from dexterity.reach.reach_map import ReachMap, ReachMapFileError
 from dexterity.reach.rotation_grid import covering_radius, rotations
@@ -17,6 +19,8 @@ from dexterity.reach.surveys import survey
 from dexterity.reach.tool_poses import panel, planar_bases, pointing, seam
 
 __all__ = [
+    "Placement",
+    "Placements",
     "ReachMap",
     "ReachMapFileError",
     "ball",
@@ -24,6 +28,7 @@ __all__ = [
     "box",
     "covering_radius",
     "panel",
+    "place",
     "planar_bases",
     "pointing",
     "rotations",

@@ -1,0 +1,164 @@
+"""Where the base of a chain should be, so that its tool reaches a list of poses with a good index.
+
+Each base is valued by its worst pose, or by the mean over its poses; at a pose the best configuration counts.
+The best base is then improved between the candidates.
+
+Examples
+--------
+>>> import math
+>>> import dexterity as dx
+>>> from dexterity import reach
+>>> seam = reach.seam([-0.25, 0, 0], [0.25, 0, 0], 5, reach.pointing([0, 0, -1]))
+>>> bases = reach.planar_bases([-0.2, 0, 0.2], [-0.7, -0.5], [0, math.pi / 2])
+>>> placed = reach.place(dx.robots.ur5e(), seam, bases, "kci", refine=False)
+>>> placed.best.coordinates[:2].tolist(), bool(placed.best.score > 0.1)
+([0.0, -0.5], True)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, TypeAlias
+
+import torch
+from torch import Tensor
+
+from dexterity import checks, spatial
+from dexterity.chain import Chain
+from dexterity.indices.rows import Rows, row_numbers
+from dexterity.reach.configurations import ClosedForm, Method, Search, finder
+from dexterity.reach.judgement import IndexLike, Judge
+from dexterity.reach.placements import Placements
+from dexterity.reach.refinement import refined
+from dexterity.reach.work import Progress, counted, in_pieces, thread_count
+from dexterity.spatial import TensorLike
+from dexterity.spatial.tolerances import LIMIT
+
+__all__ = ["By", "place"]
+
+By: TypeAlias = Literal["worst", "mean"]
+"""What values a base: the worst of the poses, or their mean."""
+
+_POSES_AT_ONCE = 1024
+
+
+def place(
+    chain: Chain,
+    poses: TensorLike,
+    bases: TensorLike,
+    index: IndexLike = "kinematic_conditioning",
+    *,
+    by: By = "worst",
+    method: Method = "auto",
+    rows: Rows = "full",
+    starts: int = 16,
+    limit_tolerance: float = LIMIT,
+    refine: bool = True,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Placements:
+    """Compare bases by what the chain does from there at all poses, and improve the best.
+
+    Parameters
+    ----------
+    chain
+        The chain; its world frame is what is placed.
+    poses
+        (k, 4, 4) poses of the tool in the world, such as :func:`dexterity.reach.seam` makes.
+    bases
+        (b, 4, 4) candidate poses of the chain's world frame in the world, or (b, 3) rows x, y [m], yaw [rad]
+        on the floor.
+    index
+        What configurations are valued by, as for :func:`dexterity.reach.survey`.
+    by
+        ``"worst"`` or ``"mean"``.
+    method, rows, starts, limit_tolerance, seed
+        How configurations are found, as for :func:`dexterity.reach.survey`.
+    refine
+        Whether to improve the best base, in the coordinates that differ between the candidates and within
+        their range.
+    threads, progress
+        As for :func:`dexterity.reach.survey`; what is counted is bases.
+
+    Returns
+    -------
+    The bases compared. After Ctrl-C, those that were looked at.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit, a pose is not rigid, the method does not serve the chain, or a number is out
+        of its range.
+    TypeError
+        If an argument is of the wrong kind.
+    """
+    chain = checks.instance(chain, "chain", Chain)
+    T, candidates = _several(poses, "poses"), _bases(bases)
+    by_name = checks.choice(by, "by", ("worst", "mean"))
+    judge, workers = Judge(chain, index), thread_count(threads)
+    find = finder(
+        chain, method, rows=row_numbers(rows), starts=starts, limit_tolerance=limit_tolerance, seed=seed
+    )
+    value = _Valuer(find, judge, T)
+    values = torch.full((len(candidates), len(T)), math.nan, dtype=torch.float64)
+    q = torch.full((*values.shape, chain.joints), math.nan, dtype=torch.float64)
+    examined = torch.zeros(len(candidates), dtype=torch.bool)
+
+    def keep(at: Tensor, found: tuple[Tensor, Tensor]) -> None:
+        values[at], q[at] = found
+        examined[at] = True
+
+    with counted(progress, len(candidates), f"{chain.name}, {find.method}") as add:
+        finished = in_pieces(
+            torch.arange(len(candidates)),
+            lambda at: value(candidates[at]),
+            keep,
+            size=max(1, _POSES_AT_ONCE // len(T)),
+            threads=workers,
+            add=add,
+        )
+    placed = Placements(
+        chain, T, candidates, values, q, examined, by_name, judge.label, judge.larger_is_better, find.complete
+    )
+    if checks.flag(refine, "refine") and finished and placed.ties:
+        return refined(placed, value, seed)
+    return placed
+
+
+def _several(poses: TensorLike, name: str) -> Tensor:
+    T = spatial.require_rigid(poses, name)
+    if T.ndim != 3 or not len(T):
+        raise ValueError(f"{name} has shape {tuple(T.shape)}; (k, 4, 4) with k ≥ 1 is needed")
+    return T.detach().cpu().clone()
+
+
+def _bases(bases: TensorLike) -> Tensor:
+    values = spatial.to_float64(bases, "bases")
+    if values.ndim == 2 and values.shape[1] == 3 and len(values):
+        T = torch.eye(4, dtype=torch.float64).repeat(len(values), 1, 1)
+        cosine, sine = values[:, 2].cos(), values[:, 2].sin()
+        T[:, 0, 0], T[:, 0, 1], T[:, 1, 0], T[:, 1, 1] = cosine, -sine, sine, cosine
+        T[:, :2, 3] = values[:, :2]
+        return T
+    return _several(values, "bases")
+
+
+class _Valuer:
+    """Values bases: the best index and its configuration at each pose."""
+
+    def __init__(self, find: ClosedForm | Search, judge: Judge, poses: Tensor) -> None:
+        self.find, self.judge, self.poses = find, judge, poses
+
+    def __call__(self, bases: Tensor, near: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Return values (b, k) and configurations (b, k, n) for bases (b, 4, 4).
+
+        A search starts from configurations (k, n) at a base near by, where there are such.
+        """
+        T = spatial.inverse(bases)[:, None] @ self.poses
+        if near is None or isinstance(self.find, ClosedForm):
+            found = self.find(T.flatten(0, 1))
+        else:
+            found = self.find.from_starts(T.flatten(0, 1), near.repeat(len(bases), 1)[:, None])
+        values, q = self.judge.best(found)
+        return values.reshape(T.shape[:2]), q.reshape(*T.shape[:2], -1)
