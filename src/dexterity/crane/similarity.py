@@ -40,14 +40,14 @@ def scaled(crane: Crane, factor: float) -> Crane:
     Raises
     ------
     ValueError
-        If the factor is not a positive number.
+        If the factor is no number from 10⁻⁶ to 10⁶.
 
     References
     ----------
     Timoshenko & Young (1965), Theory of structures: deflections go as :math:`F L^3 / (E I)`.
     """
     checks.instance(crane, "crane", Crane)
-    factor = checks.positive(factor, "factor")
+    factor = checks.real(factor, "factor", least=1e-6, most=1e6)
     return dataclasses.replace(
         crane,
         name=f"{crane.name}, {factor:g} of its size",

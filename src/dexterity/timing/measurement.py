@@ -22,6 +22,8 @@ import numpy as np
 from torch.utils.benchmark import Timer, set_torch_threads
 from torch.utils.benchmark.utils.timer import timer as wall_clock
 
+from dexterity import checks
+
 __all__ = ["Ratio", "Timing", "Way", "measure", "ratio", "three_digits"]
 
 
@@ -71,10 +73,13 @@ class Timing:
         ValueError
             If there is no time, a time is negative or not finite, or `configurations` is not positive.
         """
-        if configurations < 1:
-            raise ValueError(f"configurations is {configurations}; at least 1 is needed")
+        name = checks.name(name, "name")
+        configurations = checks.whole(configurations, "configurations", least=1)
+        if isinstance(times, (str, bytes)) or not isinstance(times, Iterable):
+            raise TypeError(f"times is {checks.shown(times)}; times [s] are needed")
+        times = [checks.real(time, f"times[{i}] of {name!r}", infinite=True) for i, time in enumerate(times)]
         if not times or not np.isfinite(times).all() or min(times) < 0:
-            raise ValueError(f"times of {name!r} are {list(times)}; finite ones, at least one, are needed")
+            raise ValueError(f"times of {name!r} are {times}; finite ones, at least one, are needed")
         lower, median, upper = np.quantile(times, [0.25, 0.5, 0.75]) / configurations
         return cls(name, configurations, float(lower), float(median), float(upper))
 
@@ -127,15 +132,20 @@ def measure(
         If there is no way, two have the same name, one has no configurations, or `rounds` or `seconds` is
         not positive.
     """
-    ways = tuple(ways)
+    if not isinstance(ways, Iterable):
+        raise TypeError(f"ways is {checks.shown(ways)}; ways to compute something are needed")
+    ways = tuple(checks.instance(way, "ways", Way) for way in ways)
     names = [way.name for way in ways]
     if not ways or len(set(names)) < len(names):
         raise ValueError(f"ways are named {names}; at least one, each with a name of its own, is needed")
     for way in ways:
-        if way.configurations < 1:
+        checks.function(way.compute, f"compute of {way.name!r}")
+        if checks.whole(way.configurations, f"configurations of {way.name!r}") < 1:
             raise ValueError(f"{way.name!r} has {way.configurations} configurations; at least 1 is needed")
-    if rounds < 1 or not seconds > 0:
-        raise ValueError(f"rounds is {rounds} and seconds is {seconds}; positive ones are needed")
+    rounds = checks.whole(rounds, "rounds", least=1)
+    # Counts of blocks are no floats beyond some hours.
+    seconds = checks.real(seconds, "seconds", above=0, most=86_400)
+    checks.function(clock, "clock")
 
     timers = [
         Timer("compute()", timer=clock, globals={"compute": way.compute}, num_threads=1) for way in ways

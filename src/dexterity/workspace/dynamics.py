@@ -111,13 +111,14 @@ def _placed(
         parts.append(part)
         batches.append(part.shape[: -len(shape)])
     try:
-        torch.broadcast_shapes(placed.origins.shape[:-2], *batches)
+        batch = torch.broadcast_shapes(placed.origins.shape[:-2], *batches)
     except RuntimeError as error:
         raise ValueError(
             f"dynamics has batch axes {[tuple(batch) for batch in batches]}, and links with q "
             f"{tuple(placed.origins.shape[:-2])}; they do not broadcast"
         ) from error
-    return placed, DynamicParameters(*parts)
+    rotations, origins = placed.rotations.expand(*batch, 7, 3, 3), placed.origins.expand(*batch, 7, 3)
+    return Frames(rotations, origins), DynamicParameters(*parts)
 
 
 _SHAPES = {"centre": (6, 3), "inertia": (6, 3), "coulomb": (6, 2)}
@@ -174,6 +175,9 @@ def asada_ratio(links: TensorLike, dynamics: DynamicParameters, q: TensorLike) -
 
 def ratio_at(placed: Frames, dynamics: DynamicParameters) -> Float64[Tensor, "*batch"]:
     """Asada's ratio of arms whose frames are placed already."""
-    principal = torch.linalg.eigvalsh(_cartesian_inertia(placed, dynamics))
+    inertia = _cartesian_inertia(placed, dynamics)
+    if not inertia.isfinite().all():
+        raise ValueError("links or dynamics hold numbers so large that an inertia is infinite")
+    principal = torch.linalg.eigvalsh(inertia)
     largest = principal[..., 2]
     return torch.where(largest > 0, principal[..., 0] / torch.where(largest > 0, largest, 1.0), 0.0)

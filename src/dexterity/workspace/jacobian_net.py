@@ -74,7 +74,7 @@ def inputs_of(samples: Samples, kind: Inputs) -> Float64[Tensor, "n width"]:
         If `samples` are none.
     """
     checks.instance(samples, "samples", Samples)
-    checks.choice(kind, "inputs", get_args(Inputs))
+    checks.choice(kind, "kind", get_args(Inputs))
     if kind == "columns":
         return features(samples)
     if kind == "relevant":

@@ -212,7 +212,7 @@ def track(
     )
     if duration / step > _MOST_STEPS:
         raise ValueError(
-            f"step is {step}, with which {duration} s take {duration / step:.3g} steps; "
+            f"step is {step}, with which a duration of {duration} s takes {duration / step:.3g} steps; "
             f"at most {_MOST_STEPS:,} are taken"
         )
     gain = checks.real(gain, "gain", least=0)

@@ -228,6 +228,8 @@ def network_for(
         Share of the rows at the end that is held out.
     """
     checks.instance(data, "data", JacobianData)
+    checks.choice(inputs, "inputs", get_args(Inputs))
+    checks.choice(entries, "entries", get_args(Entries))
     train, _ = _parted(len(data.jacobian), _SHARE(validation, "validation"))
     x = inputs_of(data.samples, inputs)[train]
     y = encode(data.jacobian, data.samples, entries)[train]

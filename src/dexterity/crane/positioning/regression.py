@@ -59,8 +59,11 @@ def trigonometric_features(
     """
     degree = checks.whole(degree, "degree", least=0, most=_MOST)
     crane = given_crane(crane)
+    strokes = require_strokes(strokes)
+    if strokes.ndim != 2:
+        raise ValueError(f"strokes has shape {tuple(strokes.shape)}; (N, 3) is needed")
     place = posture(strokes, crane)
-    extension = require_strokes(strokes)[:, 2] / crane.upper[2]
+    extension = strokes[:, 2] / crane.upper[2]
     columns = []
     for k in range(degree + 1):
         # One of each two harmonics that are the same but for the sign of the angle.

@@ -65,7 +65,7 @@ class TableSag:
         ValueError
             If the nodes are not three, or there are fewer than two of a stroke.
         """
-        if isinstance(nodes, str) or not isinstance(nodes, Sequence) or len(nodes) != 3:
+        if isinstance(nodes, str | bytes) or not isinstance(nodes, Sequence) or len(nodes) != 3:
             raise ValueError(f"nodes is {checks.shown(nodes)}; 2 or more of each of three strokes are needed")
         nodes = [checks.whole(count, f"nodes[{i}]", least=2) for i, count in enumerate(nodes)]
         if math.prod(nodes) > _MOST_NODES:

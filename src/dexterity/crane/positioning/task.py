@@ -104,7 +104,7 @@ class Task:
         return ((strokes >= self.lower - 1e-9) & (strokes <= self.upper + 1e-9)).all(-1)
 
 
-_BEYOND = 0.05  # [m]
+_BEYOND, _FARTHEST = 0.05, 1e9  # [m]
 
 
 def thesis_task(
@@ -130,6 +130,10 @@ def thesis_task(
         if value.ndim != len(shape) or value.shape[1:] != shape[1:] or not len(value):
             wanted = "(n, 2)" if len(shape) == 2 else "(m,)"
             raise ValueError(f"{name} has shape {tuple(value.shape)}; {wanted} is needed, at least one")
+    if (masses < 0).any() or (masses > crane.rating).any():
+        raise ValueError(f"payloads is {masses.tolist()}; 0 to the rating of {crane.rating} kg is needed")
+    if targets.abs().max() > _FARTHEST:
+        raise ValueError(f"points holds numbers beyond {_FARTHEST:g} m")
     reach = inverse(targets, crane=crane)
     lower, upper = targets.new_tensor(crane.lower), targets.new_tensor(crane.upper)
     near = ((reach.strokes >= lower - _BEYOND) & (reach.strokes <= upper + _BEYOND)).all(-1)
