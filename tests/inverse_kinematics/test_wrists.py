@@ -11,9 +11,7 @@ from torch.testing import assert_close
 
 import dexterity as dx
 from dexterity import spatial
-from dexterity.inverse_kinematics import (
-    spherical_wrist,
-)
+from dexterity.inverse_kinematics import closed_form, spherical_shoulder, spherical_wrist
 
 POSES = 20_000
 NAMED = ["stated", "fitted", "PUMA"]
@@ -194,6 +192,75 @@ def test_batches(batch_shape):
     for i in np.ndindex(*batch_shape):
         alone, _ = spherical_wrist(arm, arm.forward(q[i]))
         assert_close(found[i], alone, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["PUMA", "1 meets 2", "2 parallel to 3", "all skew"])
+def test_a_spherical_shoulder_is_a_wrist_seen_from_the_tool(name):
+    wrist = ARMS[name]
+    backwards = -(wrist.screws @ spatial.inverse_adjoint(wrist.home).mT).flip(0)
+    arm = dx.Chain(backwards, spatial.inverse(wrist.home))
+    q = random_configurations(500, seed=2)
+    T = arm.forward(q)
+    assert_close(T, spatial.inverse(wrist.forward(q.flip(-1))), rtol=0, atol=1e-12)
+    found, valid = spherical_shoulder(arm, T)
+    assert missed(arm, found, T[:, None])[valid].max() < 1e-8
+    assert torch.where(valid, apart(found, q[:, None]), torch.inf).amin(-1).max() < 1e-6
+    if name == "all skew":
+        assert closed_form(arm) == "spherical shoulder"
+
+
+# ---- public cases ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "q", [[0, math.pi / 4, -math.pi, 0, math.pi / 4, 0], [0.3, 0.5, -1.2, 0.4, 0.6, 0.7]]
+)
+def test_the_tool_is_on_the_right_side(q):
+    """rtb-python#491, #640: the tool was taken off on the wrong side, a miss of 0.1414 m."""
+    puma = dx.robots.puma560()
+    base = spatial.exp([1, -2, 0.5, 0.2, -0.3, 0.4])
+    arm = dx.Chain(puma.screws @ spatial.adjoint(base).mT, base @ puma.home @ spatial.translation(0, 0, 0.1))
+    T = arm.forward(q)
+    found, valid = spherical_wrist(arm, T)
+    assert valid.any()
+    assert missed(arm, found[valid], T).max() < 1e-9
+
+
+def test_elbow_up_and_down():
+    """rtb-python#171: eight different branches, four shapes of the arm."""
+    puma = dx.robots.puma560()
+    q = torch.tensor([0.2, math.pi / 4, -math.pi + 0.3, 0.3, math.pi / 4, 0.4], dtype=torch.float64)
+    found, valid = spherical_wrist(puma, puma.forward(q))
+    assert valid.all()
+    assert apart(found, q).min() < 1e-9
+    assert len((found * 1e6).round().unique(dim=0)) == 8
+    assert len((found[:, :3] * 1e6).round().unique(dim=0)) == 4
+
+
+@pytest.mark.parametrize("name", ["PUMA", "stated"])
+def test_round_angles(name):
+    """ur-analytic-ik#5, universal_robot#479, universal-robots-kinematics#3."""
+    arm = ARMS[name]
+    multiples = torch.randint(-4, 5, (2000, 6), generator=generator()) * (math.pi / 4)
+    special = torch.tensor(np.radians([[0, -45, -90, -90, 90, 0], [180.0] * 6]))
+    q = torch.cat([special, multiples.double()])
+    T = arm.forward(q)
+    found, valid = spherical_wrist(arm, T)
+    assert valid.any(-1).all()
+    assert torch.isfinite(found).all()
+    assert missed(arm, found, T[:, None])[valid].max() < 1e-9
+    regular = dx.indices.Index("kinematic_conditioning").bind(arm)(q) > 1e-6
+    assert torch.where(valid, apart(found, q[:, None]), torch.inf).amin(-1)[regular].max() < 1e-9
+
+
+def test_a_large_batch_gives_what_its_parts_give():
+    """Poses are worked on in pieces, so that memory grows with the answer alone."""
+    arm = ARMS["fitted"]
+    T = arm.forward(random_configurations(5000, seed=8))
+    q, valid = spherical_wrist(arm, T)
+    first, last = spherical_wrist(arm, T[:4096]), spherical_wrist(arm, T[4096:])
+    assert_close(q, torch.cat([first[0], last[0]]), rtol=0, atol=1e-9)
+    assert_close(valid, torch.cat([first[1], last[1]]))
 
 
 def test_the_chain_must_have_a_spherical_wrist():

@@ -74,18 +74,32 @@ def geometric_miss(chain: Chain) -> float:
 @functools.lru_cache(maxsize=32)
 def form_of(chain: Chain) -> Form | None:
     """First closed form whose conditions a chain fulfils."""
-    cpu = torch.device("cpu")
-    candidates: list[tuple[str, Branches, Callable[[], float]]] = [
-        ("spherical wrist", wrist_branches, lambda: geometry_of(chain, cpu).miss),
-        ("three parallel axes", parallel_branches, lambda: parallel_geometry(chain, cpu)[0].miss),
-        ("spherical shoulder", _shoulder_branches, lambda: geometry_of(reversed_arm(chain), cpu).miss),
-    ]
-    for name, branches, measured in candidates:
+    for name, branches, measured in _candidates(chain):
         try:
             return Form(name, branches, measured())
         except ValueError:
             continue
     return None
+
+
+def reasons(chain: Chain) -> str:
+    """Why a chain has none of the closed forms, in words."""
+    texts = []
+    for _, _, measured in _candidates(chain):
+        try:
+            measured()
+        except ValueError as error:
+            texts.append(str(error))
+    return "; ".join(dict.fromkeys(texts))
+
+
+def _candidates(chain: Chain) -> list[tuple[str, Branches, Callable[[], float]]]:
+    cpu = torch.device("cpu")
+    return [
+        ("spherical wrist", wrist_branches, lambda: geometry_of(chain, cpu).miss),
+        ("three parallel axes", parallel_branches, lambda: parallel_geometry(chain, cpu)[0].miss),
+        ("spherical shoulder", _shoulder_branches, lambda: geometry_of(reversed_arm(chain), cpu).miss),
+    ]
 
 
 def _shoulder_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:

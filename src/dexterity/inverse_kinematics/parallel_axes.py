@@ -39,7 +39,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import arm_size, polished
+from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished
 from dexterity.inverse_kinematics.subproblems import Line, about_two, solved
 from dexterity.inverse_kinematics.wrists import reversed_arm
 from dexterity.spatial import TensorLike
@@ -73,6 +73,8 @@ def three_parallel_axes(
         is larger) and radians. At a singular pose branches coincide; where a joint could have any value it
         has one.
 
+    Runs on the device of the poses. Values decide about the way, so torch cannot trace or transform it.
+
     Raises
     ------
     ValueError
@@ -89,8 +91,13 @@ def parallel_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     if seen_from_tool:
         q, valid, miss = parallel_branches(reversed_arm(arm), spatial.inverse(T))
         return q.flip(-1), valid, miss
-    g = T @ spatial.inverse(arm.home).to(T.device)
-    return polished(arm, geometry.branches(g), T[..., None, :, :], geometry.size, geometry.miss)
+    from_home = spatial.inverse(arm.home).to(T.device)
+
+    def some(T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        q = geometry.branches(T @ from_home)
+        return polished(arm, q, T[..., None, :, :], geometry.size, geometry.miss)
+
+    return in_pieces(some, T)
 
 
 @functools.lru_cache(maxsize=8)

@@ -23,7 +23,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.indices.rows import Rows, row_numbers
-from dexterity.inverse_kinematics.closed_forms import Form, form_of
+from dexterity.inverse_kinematics.closed_forms import Form, form_of, reasons
 from dexterity.inverse_kinematics.null_space import Objective, held_step, null_direction, slope
 from dexterity.inverse_kinematics.seeds import Ends, distinct, search
 from dexterity.inverse_kinematics.solutions import SeedsEnded, Solutions
@@ -181,7 +181,11 @@ def _form(chain: Chain, rows: tuple[int, ...], method: Method) -> Form | None:
     form = form_of(chain)
     usable = form is not None and set(rows) == set(range(6)) and bool((chain.rates > 0).all())
     if method == "closed form" and not usable:
-        reason = "has none" if form is None else "has one for all six rows and no locked joint alone"
+        reason = (
+            f"has none ({reasons(chain)})"
+            if form is None
+            else "has one for all six rows and no locked joint alone"
+        )
         raise ValueError(f"method is 'closed form', but chain {chain.name!r} {reason}; take 'search'")
     return form if usable else None
 

@@ -29,7 +29,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import arm_size, polished
+from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished
 from dexterity.inverse_kinematics.subproblems import Line, Turning, about_two, solved
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
@@ -107,10 +107,15 @@ def spherical_shoulder(
 def wrist_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Branches (..., 8, 6) of an arm with a spherical wrist, which are valid, and their misses (..., 8)."""
     geometry = geometry_of(arm, T.device)
-    moved = T @ spatial.inverse(arm.home).to(T.device)
-    shoulder = geometry.arm_branches(spatial.apply(moved, geometry.wrist))
-    q = geometry.with_wrist(shoulder, moved[..., None, :, :])
-    return polished(arm, q, T[..., None, :, :], geometry.size, geometry.miss)
+    from_home = spatial.inverse(arm.home).to(T.device)
+
+    def some(T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        moved = T @ from_home
+        shoulder = geometry.arm_branches(spatial.apply(moved, geometry.wrist))
+        q = geometry.with_wrist(shoulder, moved[..., None, :, :])
+        return polished(arm, q, T[..., None, :, :], geometry.size, geometry.miss)
+
+    return in_pieces(some, T)
 
 
 @functools.lru_cache(maxsize=8)
