@@ -226,7 +226,7 @@ def test_a_robot_is_loaded_by_name_from_a_urdf_and_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        (("pandas",), ValueError, "name is 'pandas'.*Nearest: panda"),
+        (("pandas",), ValueError, "name_or_path is 'pandas'.*Nearest: panda"),
         ((3,), TypeError, "name_or_path is 3"),
         ((None,), TypeError, "name_or_path is None"),
         (("arm.stl",), ValueError, r"name_or_path is 'arm.stl'; a file that ends in .urdf or .toml"),
@@ -238,12 +238,39 @@ def test_a_robot_is_loaded_by_name_from_a_urdf_and_from_a_file(tmp_path):
             ValueError,
             r"arm.urdf.xacro is a xacro file: .*xacro arm.urdf.xacro > arm.urdf",
         ),
-        (("",), ValueError, "name is ''"),
+        (("",), ValueError, "name_or_path is ''"),
+        (("a\0b",), ValueError, "name_or_path is "),
+        ((" ",), ValueError, "name_or_path is ' '"),
+        (("a" * 5000,), ValueError, "name_or_path is 'aaa"),
     ],
 )
 def test_what_is_no_robot_is_refused(arguments, error, message):
     with pytest.raises(error, match=rf"^{message}"):
         dx.robots.load(*arguments)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize("variant", [{}, [], 3, np.ones(2)])
+def test_a_variant_that_is_no_name_is_refused(variant):
+    with pytest.raises(TypeError, match=r"^variant is "):
+        dx.robots.build(dx.robots.describe("docking_arm"), variant=variant)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+@pytest.mark.parametrize(
+    ("call", "argument"),
+    [
+        (lambda: dx.robots.describe(3), "name"),
+        (lambda: dx.robots.read_description(3), "path"),
+        (lambda: dx.robots.build("panda"), "description"),
+        (lambda: dx.robots.build(dx.robots.describe("uvms"), [1]), "lengths"),
+        (lambda: dx.robots.build(dx.robots.describe("bluerov2"), arm="panda"), "arm"),
+        (lambda: dx.robots.build(dx.robots.describe("panda"), rates="1234567"), "rates"),
+    ],
+)
+def test_a_wrong_type_is_refused_by_the_name_of_the_argument(call, argument):
+    with pytest.raises(TypeError, match=rf"^{argument} "):
+        call()
 
 
 def test_links_are_chosen_in_urdfs_alone():

@@ -10,8 +10,8 @@ Examples
 >>> from dexterity.chain import geometry
 >>> screw = torch.tensor([0, 0, 0, 0, 0.6, 0.8], dtype=torch.float32).double()
 >>> kind, mended, miss = geometry.checked_screw(screw, 0)
->>> kind, float(mended[3:].norm()), 1e-9 < miss < 1e-7
-('revolute', 1.0, True)
+>>> kind, abs(float(mended[3:].norm()) - 1) < 1e-15, 1e-9 < miss < 1e-7
+('revolute', True, True)
 """
 
 from __future__ import annotations

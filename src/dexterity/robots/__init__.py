@@ -20,8 +20,17 @@ from __future__ import annotations
 import os
 from typing import Literal
 
+from dexterity import checks
 from dexterity.chain import Chain
-from dexterity.robots.description import Description, Vehicle, build, describe, names, read_description
+from dexterity.robots.description import (
+    Description,
+    Vehicle,
+    build,
+    describe,
+    described,
+    names,
+    read_description,
+)
 from dexterity.spatial import TensorLike
 
 __all__ = [
@@ -68,8 +77,12 @@ def load(name_or_path: str | os.PathLike[str], *, base: str | None = None, tip: 
         If there is no such file.
     """
     if not isinstance(name_or_path, str | os.PathLike):
-        raise TypeError(f"name_or_path is {name_or_path!r}; the name of a robot or a path is needed")
+        raise TypeError(
+            f"name_or_path is {checks.shown(name_or_path)}; the name of a robot or a path is needed"
+        )
     text = os.fsdecode(name_or_path)
+    if "\0" in text or not text.strip():
+        raise ValueError(f"name_or_path is {checks.shown(text)}; the name of a robot or a path is needed")
     if "<" in text or text.lower().endswith((".urdf", ".xacro", ".xml")):
         return Chain.from_urdf(name_or_path, base, tip)
     if base is not None or tip is not None:
@@ -78,10 +91,10 @@ def load(name_or_path: str | os.PathLike[str], *, base: str | None = None, tip: 
         return build(read_description(text))
     if isinstance(name_or_path, os.PathLike) or {"/", "\\", "."} & set(text):
         raise ValueError(
-            f"name_or_path is {text!r}; a file that ends in .urdf or .toml, or one of {', '.join(names())}"
-            " is needed"
+            f"name_or_path is {checks.shown(text)}; a file that ends in .urdf or .toml, "
+            f"or one of {', '.join(names())} is needed"
         )
-    return build(describe(text))
+    return build(described(text, "name_or_path"))
 
 
 def uvms(
@@ -109,7 +122,8 @@ def uvms(
     the velocity limits; the defaults are the book's assumptions.
     """
     lengths = {"l1": l1, "l2": l2, "l3": l3, "y_MB": y_MB}
-    return build(describe("uvms"), {k: v for k, v in lengths.items() if v is not None}, rates=rates)
+    changed = {name: checks.real(value, name) for name, value in lengths.items() if value is not None}
+    return build(describe("uvms"), changed, rates=rates)
 
 
 def docking_arm(variant: Literal["stated", "fitted"] = "stated") -> Chain:
@@ -125,7 +139,8 @@ def docking_arm(variant: Literal["stated", "fitted"] = "stated") -> Chain:
     ----------
     Sotiropoulos, Aspragathos & Andritsos (2011), section IV, Table 1.
     """
-    return build(describe("docking_arm"), variant=None if variant == "stated" else variant)
+    stated = isinstance(variant, str) and variant == "stated"
+    return build(describe("docking_arm"), variant=None if stated else variant)
 
 
 def puma560() -> Chain:

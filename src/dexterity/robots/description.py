@@ -160,12 +160,17 @@ def describe(name: str) -> Description:
     TypeError
         If `name` is no text.
     """
+    return described(name, "name")
+
+
+def described(name: str, called: str) -> Description:
+    """Read the description of one of the package's robots, whose name is the argument `called`."""
     if not isinstance(name, str):
-        raise TypeError(f"name is {checks.shown(name)}; the name of a robot is needed")
+        raise TypeError(f"{called} is {checks.shown(name)}; the name of a robot is needed")
     path = store.data_path("robots") / f"{name}.toml"
     # Only the robot's own file is read, unless the name is unknown.
     if not re.fullmatch(r"\w{1,100}", name) or not path.is_file() or not _is_chain(path):
-        raise ValueError(f"name is {checks.shown(name)}; {_nearest(name, names())}")
+        raise ValueError(f"{called} is {checks.shown(name)}; {_nearest(name, names())}")
     return read_description(path)
 
 
@@ -193,7 +198,7 @@ def read_description(path: Path | str) -> Description:
         If there is no such file.
     """
     if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path is {path!r}; the path of a robot file is needed")
+        raise TypeError(f"path is {checks.shown(path)}; the path of a robot file is needed")
     path = Path(path)
     try:
         with torch.device("cpu"):
@@ -235,11 +240,13 @@ def build(
         If an argument is of another type.
     """
     if not isinstance(description, Description):
-        raise TypeError(f"description is {description!r}; read_description or describe gives one")
+        raise TypeError(f"description is {checks.shown(description)}; read_description or describe gives one")
     chosen, title = _chosen_lengths(description, lengths, variant)
     with torch.device("cpu"):
         if arm is None:
             arm = _arm(description, chosen, title)
+        elif not isinstance(arm, Chain):
+            raise TypeError(f"arm is {checks.shown(arm)}; a Chain is needed")
         elif description.vehicle is None:
             raise ValueError(f"arm is given, and {description.name} is no vehicle")
         chain = arm if description.vehicle is None else _on_vehicle(arm, description.vehicle, title)
@@ -251,12 +258,14 @@ def _chosen_lengths(
 ) -> tuple[dict[str, float], str]:
     """Lengths of a variant with those that the caller replaces, and the name of the chain."""
     if lengths is not None and not isinstance(lengths, Mapping):
-        raise TypeError(f"lengths is {lengths!r}; a mapping from names to lengths is needed")
+        raise TypeError(f"lengths is {checks.shown(lengths)}; a mapping from names to lengths is needed")
     chosen = dict(description.lengths)
     title = description.name
     if variant is not None:
+        if not isinstance(variant, str):
+            raise TypeError(f"variant is {checks.shown(variant)}; the name of a variant is needed")
         if variant not in description.variants:
-            raise ValueError(f"variant is {variant!r}; {_nearest(str(variant), description.variants)}")
+            raise ValueError(f"variant is {variant!r}; {_nearest(variant, description.variants)}")
         chosen |= {k: float(v) for k, v in description.variants[variant].items() if k != "note"}
         title = f"{title} ({variant})"
     for key, value in (lengths or {}).items():
