@@ -237,6 +237,7 @@ def test_the_effect_compares_the_best_with_the_median_and_the_worst():
     np.testing.assert_allclose([effect.over_median, effect.over_worst], sine[0] / sine[1:], rtol=1e-12)
     assert ranking.best().tolist() == [1]
     assert ranking.best(10).tolist() == [1, 2, 0]
+    assert repr(ranking).endswith("3 candidates, best 1 (0.7833), 2 (0.3894), 0 (0.09983))")
     text = ranking.explain()
     assert "candidate 1 with 0.7833" in text
     assert w.measure.meaning in text

@@ -116,7 +116,7 @@ class Effect:
     over_worst: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ranking:
     """Candidate configurations in order of an index.
 
@@ -136,6 +136,11 @@ class Ranking:
     index: Index
     order: Int64[Tensor, " m"]
     values: Float64[Tensor, " m"]
+
+    def __repr__(self) -> str:
+        best = ", ".join(f"{i} ({float(self.values[i]):.4g})" for i in self.order[:3].tolist())
+        count = f"{len(self.order)} candidates, best {best or 'none'}"
+        return f"Ranking({self.task.name!r} by {self.index!r}: {count})"
 
     def best(self, k: int = 1) -> Int64[Tensor, " k"]:
         """Positions of the best candidates, the best first.

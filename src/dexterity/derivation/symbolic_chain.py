@@ -174,8 +174,9 @@ class SymbolicChain:
 
 
 def _inertias(chain: Chain) -> tuple[object, ...] | None:
-    inertias = getattr(chain, "inertias", None)
-    return None if inertias is None else tuple(_nested(values.tolist()) for values in inertias)
+    if chain.inertias is None:
+        return None
+    return tuple(_nested(values.tolist()) for values in chain.inertias)
 
 
 def _nested(values: Any) -> Any:

@@ -51,7 +51,8 @@ class Index:
         all six rows is the same in all three; KCI in the body frame is that in the geometric one while the
         tool rates are equal within each block of three, and in the spatial frame it is another.
     joint_rates
-        n largest joint rates, [rad/s] or [m/s]; those of the chain by default, and 0 locks a joint.
+        n largest joint rates, [rad/s] or [m/s]; those of the chain by default, and 0 locks a joint. They
+        scale the columns of the Jacobian, so that the value is not that of the bare Jacobian.
     tool_rates
         6 largest tool rates, [m/s] and [rad/s], in the axes of the frame; 1 by default.
     rows
@@ -215,7 +216,7 @@ class Index:
             raise TypeError(f"chain is {chain!r}; a Chain is needed")
         measure = self.measure
         jacobian = self._jacobian_function(chain, self.row_numbers)
-        if "inertias" in measure.needs and getattr(chain, "inertias", None) is None:
+        if "inertias" in measure.needs and chain.inertias is None:
             raise ValueError(
                 f"{chain.name} has no inertias, which the {measure.name.replace('_', ' ')} needs"
             )
