@@ -210,3 +210,106 @@ def test_an_unknown_backend_is_named(annotations_unchecked):
 def test_a_pose_must_be_rigid(answer):
     with pytest.raises(ValueError, match="rigid"):
         answer(torch.diag(torch.tensor([2.0, 1, 1, 1]).double()))
+
+
+# ---- limits with their ends, arrays of the caller, other arms ------------------------------------------
+
+WAIST = [[-90, 30, 120], [0, 60, 150], [-120, -30, 20], [-60, 45, 90], [100, -100], [0, 45]]
+FAMILY = [[-90, 30, 120], [-100, 60, 120], *WAIST[2:]]
+FAMILY_LIMITS = torch.deg2rad(torch.tensor([160, 135, 135, 140, 100, 170], dtype=torch.float64))
+
+
+def round_degrees(values: list[list[int]]) -> torch.Tensor:
+    return torch.deg2rad(torch.tensor(list(itertools.product(*values)), dtype=torch.float64))
+
+
+def test_a_joint_exactly_at_its_limit_is_within_it():
+    """moveit#598, dart#1449, predicators#1292: 324 configurations with the fifth joint at ±100°."""
+    q = round_degrees(WAIST)
+    assert len(q) == 324
+    assert ByBranches(PUMA)(PUMA.forward(q)).reached.all()
+
+
+@pytest.mark.parametrize("backend", ["torch", "c"])
+def test_a_joint_exactly_at_its_limit_is_within_it_in_closed_form(backend):
+    """moveit#598, dart#1449, predicators#1292, for the family of paper C; both answers agree."""
+    free = reachability.arm(LINKS)
+    q = round_degrees(FAMILY)
+    limited_arm = free.with_limits(lower=-FAMILY_LIMITS, upper=FAMILY_LIMITS)
+    T = limited_arm.forward(q)
+    closed = ByClosedForm(LINKS, None, lower=-FAMILY_LIMITS, upper=FAMILY_LIMITS, backend=backend)(T)
+    branches = ByBranches(limited_arm)(T)
+    assert closed.reached.all()
+    assert branches.reached.all()
+    assert_close(closed.manipulability, branches.manipulability, rtol=0, atol=1e-9)
+
+
+def test_random_configurations_at_a_limit_are_reached():
+    """dart#1449: of 6000 configurations with one joint at a limit none is lost."""
+    random = torch.Generator().manual_seed(0)
+    q = PUMA.lower + (PUMA.upper - PUMA.lower) * torch.rand(6000, 6, generator=random, dtype=torch.float64)
+    rows, joint = torch.arange(6000), torch.arange(6000) % 6
+    q[rows, joint] = torch.where(rows % 2 == 0, PUMA.lower[joint], PUMA.upper[joint])
+    assert ByBranches(PUMA)(PUMA.forward(q)).reached.all()
+    assert not ByBranches(PUMA, limit_tolerance=0.0)(PUMA.forward(q)).reached.all()
+
+
+def test_beyond_the_tolerance_a_limit_is_a_limit():
+    q = torch.tensor([0.3, 0.4, -0.5, 0.6, 0.0, 0.2], dtype=torch.float64)
+    narrow = {"lower": [-3, -3, -3, -3, -1, -3], "upper": [3, 3, 3, 3, 1, 3]}
+    free = reachability.arm(LINKS)
+    q[4] = 1.0
+    every = [Branch(*sides) for sides in itertools.product([True, False], repeat=3)]
+    (branch,) = (
+        each
+        for each in every
+        if (reachability.inverse(LINKS, free.forward(q), each)[0] - q).abs().max() < 1e-6
+    )
+    for excess, allowed in ((0.0, True), (5e-10, True), (1e-6, False)):
+        q[4] = 1 + excess
+        reply = ByClosedForm(LINKS, branch, **narrow)(free.forward(q))
+        assert bool(reply.reached) is allowed
+    assert ByClosedForm(LINKS, branch, limit_tolerance=1e-5, **narrow)(free.forward(q)).reached
+
+
+@pytest.mark.parametrize("backend", ["torch", "c"])
+def test_nothing_changes_when_the_callers_arrays_change(backend):
+    links, side = np.array(LINKS), np.linspace(-0.4, 0.4, 3)
+    answer, grid = ByClosedForm(links, None, backend=backend), Grid(*[torch.from_numpy(side)] * 3)
+    before = maps.survey(answer, grid, SOME)
+    links[2] = 0.7
+    side[:] = 9.0
+    after = maps.survey(answer, grid, SOME)
+    assert same(before, after)
+    assert grid.x.tolist() == [-0.4, 0.0, 0.4]
+
+
+@pytest.mark.parametrize("arm", [dx.robots.panda(), dx.robots.ur5e()], ids=["panda", "ur5e"])
+def test_other_arms_are_sent_to_where_they_are_served(arm):
+    with pytest.raises(ValueError, match=r"dexterity\.reach\.survey maps any chain"):
+        ByBranches(arm)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: Grid.cube(math.nan, 3), ValueError, "half_side is nan"),
+        (lambda: Grid.cube(1.0, 2.5), TypeError, "per_side is 2.5"),
+        (lambda: maps.rotations(math.nan), TypeError, "count is nan"),
+        (lambda: maps.around(SOME, DOWN, math.nan), ValueError, "half_angle is nan"),
+        (
+            lambda: maps.survey(ByBranches(PUMA), SMALL, SOME, None, math.nan),
+            TypeError,
+            "poses_at_once is nan",
+        ),
+        (lambda: maps.survey(ByBranches(PUMA), SMALL, SOME, None, 0), ValueError, "poses_at_once is 0"),
+        (lambda: ByBranches(PUMA, -1.0), ValueError, "limit_tolerance is -1"),
+        (lambda: ByBranches("puma"), TypeError, "arm is 'puma'"),
+        (lambda: ByClosedForm(LINKS, limit_tolerance=math.nan), ValueError, "limit_tolerance is nan"),
+        (lambda: ByClosedForm(LINKS, backend="cuda"), ValueError, "backend is 'cuda'"),
+    ],
+)
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_numbers_that_are_none_are_named(call, error, message):
+    with pytest.raises(error, match=message):
+        call()

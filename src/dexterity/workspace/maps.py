@@ -4,6 +4,9 @@ Whatever tells which poses are in reach, and with what manipulability, is an :cl
 any arm with a spherical wrist, with its limits and its tool; the closed form of the family of paper C; a
 learned Jacobian. The maps do not know which one they have.
 
+Any other chain, such as a UR5e or a Panda, has a map by :func:`dexterity.reach.survey`. Maps are worked out
+on the CPU.
+
 The paper's introduction has five workspaces. With :math:`W \subset \mathbb{R}^3 \times SO(3)` the poses in
 reach, a position belongs to the *reachable* workspace if some orientation is had there, to the *dexterous*
 one if all are, to the *total orientation* workspace of a set of orientations if all of the set are, to the
@@ -33,10 +36,11 @@ import torch
 from jaxtyping import Bool, Float64, Int64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
+from dexterity.spatial.tolerances import LIMIT
 from dexterity.workspace.closed_form import in_torch
 from dexterity.workspace.compiled import in_c
 from dexterity.workspace.dataset import LARGEST_LENGTH
@@ -108,9 +112,24 @@ class ByBranches:
     ----------
     arm
         Six revolute joints, the last three through one point; its tool may be anywhere.
+    limit_tolerance
+        By how much [rad] a limit may be exceeded.
+
+    Raises
+    ------
+    ValueError
+        If the arm has no spherical wrist, or the tolerance is negative.
     """
 
     arm: Chain
+    limit_tolerance: float = LIMIT
+
+    def __post_init__(self) -> None:
+        checks.fields(self, arm=checks.Instance(Chain), limit_tolerance=checks.Real(least=0.0))
+        try:
+            spherical_wrist(self.arm, self.arm.home)
+        except ValueError as error:
+            raise ValueError(f"{error}; dexterity.reach.survey maps any chain") from None
 
     def __call__(self, T_base_tool: Tensor) -> Reply:
         """Look at rigid poses (..., 4, 4).
@@ -118,10 +137,10 @@ class ByBranches:
         Raises
         ------
         ValueError
-            If the arm has no spherical wrist, or a pose is not rigid or not finite.
+            If a pose is not rigid or not finite.
         """
         q, valid = spherical_wrist(self.arm, T_base_tool)
-        _, within = nearest_copy(self.arm, q)
+        _, within = nearest_copy(self.arm, q, limit_tolerance=self.limit_tolerance)
         allowed = valid & within
         w = torch.zeros(allowed.shape, dtype=q.dtype, device=q.device)
         w[allowed] = torch.linalg.det(self.arm.geometric_jacobian(q[allowed])).abs()
@@ -145,6 +164,9 @@ class ByClosedForm:
         (4, 4) tool in the frame whose origin is the wrist's centre; none by default.
     backend
         ``"torch"``: needs nothing else. ``"c"``: some ten times as fast; needs a C compiler.
+    limit_tolerance
+        By how much [rad] a limit may be exceeded. Limits are looked at through the cosine of the distance
+        from their middle, so that limits that hold a joint are met to 1e-7 at best.
 
     Raises
     ------
@@ -164,10 +186,11 @@ class ByClosedForm:
         upper: TensorLike | None = None,
         T_flange_tool: TensorLike | None = None,
         backend: Literal["torch", "c"] = "torch",
+        limit_tolerance: float = LIMIT,
     ) -> None:
         self._links = _one_arm(links)
-        if backend not in _BACKENDS:
-            raise ValueError(f"backend is {backend!r}; {tuple(_BACKENDS)} are known")
+        checks.choice(backend, "backend", _BACKENDS)
+        self._tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0.0)
         free = arm(self._links)
         limited = Chain(free.screws, free.home, lower=lower, upper=upper)
         self._limits = _limits(limited)
@@ -203,7 +226,8 @@ class ByClosedForm:
         within = torch.ones(values.shape[:-1], dtype=torch.bool)
         for joint, middle, half in self._limits:
             cosine, sine = values[..., joint], values[..., 6 + joint]
-            within &= cosine * math.cos(middle) + sine * math.sin(middle) >= math.cos(half)
+            end = math.cos(min(half + self._tolerance, math.pi)) - _ROUNDING
+            within &= cosine * math.cos(middle) + sine * math.sin(middle) >= end
         return within
 
 
@@ -213,6 +237,8 @@ def _limits(arm: Chain) -> list[tuple[int, float, float]]:
     widths = [(joint, (low + high) / 2, (high - low) / 2) for joint, (low, high) in pairs]
     return [(joint, middle, half) for joint, middle, half in widths if half < math.pi]
 
+
+_ROUNDING = 4e-15  # of the sum of two products of cosines and sines
 
 _BACKENDS = {"torch": in_torch, "c": in_c}
 
@@ -302,10 +328,7 @@ def with_tool(arm: Chain, T_flange_tool: TensorLike) -> Chain:
     ValueError
         If it is not one rigid pose.
     """
-    return Chain(
-        arm.screws, arm.home @ _one_pose(T_flange_tool), name=arm.name, joint_names=arm.joint_names,
-        lower=arm.lower, upper=arm.upper, rates=arm.rates,
-    )  # fmt: skip
+    return arm.with_tool(_one_pose(T_flange_tool))
 
 
 def _one_pose(T_flange_tool: TensorLike) -> Tensor:
@@ -321,7 +344,7 @@ def _one_arm(links: TensorLike) -> Tensor:
         raise ValueError(f"links has shape {tuple(links.shape)}; one manipulator (4,) is needed")
     if (links < 0).any():
         raise ValueError(f"links holds {links.min().item()}; lengths are at least 0")
-    return links
+    return links.clone()
 
 
 # ---- where it is asked -----------------------------------------------------------------------------
@@ -351,7 +374,7 @@ class Grid:
             values = spatial.to_float64(getattr(self, name), name)
             if values.ndim != 1 or len(values) == 0:
                 raise ValueError(f"{name} has shape {tuple(values.shape)}; one coordinate or more are needed")
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, values.clone())
 
     @classmethod
     def cube(cls, half_side: float, per_side: int) -> Grid:
@@ -369,11 +392,8 @@ class Grid:
         ValueError
             If the half side is not positive, or there are fewer than two positions a side.
         """
-        if not 0 < half_side < math.inf:
-            raise ValueError(f"half_side is {half_side}; a positive length is needed")
-        if per_side < 2:
-            raise ValueError(f"per_side is {per_side}; at least 2 is needed")
-        side = torch.linspace(-half_side, half_side, per_side, dtype=torch.float64)
+        half, count = checks.positive(half_side, "half_side"), checks.whole(per_side, "per_side", least=2)
+        side = torch.linspace(-half, half, count, dtype=torch.float64)
         return cls(side, side, side)
 
     @property
@@ -398,8 +418,7 @@ def rotations(count: int) -> Float64[Tensor, "count 3 3"]:
     ----------
     Alexa (2022), Super-Fibonacci spirals: fast, low-discrepancy sampling of SO(3), CVPR.
     """
-    if count < 1:
-        raise ValueError(f"count is {count}; at least 1 is needed")
+    count = checks.whole(count, "count", least=1)
     step = torch.arange(count, dtype=torch.float64) + 0.5
     inner, outer = (step / count).sqrt(), (1 - step / count).sqrt()
     a, b = math.tau * step / math.sqrt(2), math.tau * step / _PSI
@@ -439,9 +458,8 @@ def around(orientations: TensorLike, direction: TensorLike, half_angle: float) -
     R, axis = _orientations(orientations), spatial.to_float64(direction, "direction")
     if axis.shape != (3,) or not axis.norm() > 0:
         raise ValueError(f"direction is {axis.tolist()}; three numbers that are not all 0 are needed")
-    if not 0 <= half_angle <= math.pi:
-        raise ValueError(f"half_angle is {half_angle}; an angle from 0 to π is needed")
-    return R[..., 2] @ (axis / axis.norm()) >= math.cos(half_angle) - 1e-12
+    widest = checks.real(half_angle, "half_angle", least=0.0, most=math.pi)
+    return R[..., 2] @ (axis / axis.norm()) >= math.cos(widest) - 1e-12
 
 
 # ---- maps ------------------------------------------------------------------------------------------
@@ -587,8 +605,7 @@ def survey(
             f"in_range is {chosen.dtype} of shape {tuple(chosen.shape)}; {len(R)} truth values, one of them "
             "true at least, are needed"
         )
-    if poses_at_once < 1:
-        raise ValueError(f"poses_at_once is {poses_at_once}; at least 1 is needed")
+    poses_at_once = checks.whole(poses_at_once, "poses_at_once", least=1)
     points = grid.points().reshape(-1, 3)
     count = torch.zeros(len(points), dtype=torch.int64)
     count_in_range, largest = count.clone(), torch.zeros(len(points), dtype=torch.float64)
