@@ -3,9 +3,10 @@
 from typing import TYPE_CHECKING
 
 from dexterity import lazy
-from dexterity.codegen.c99 import c_files, c_source
+from dexterity.codegen.c99 import c_source
 from dexterity.codegen.javascript import javascript_module
 from dexterity.codegen.library import CompilationFailed
+from dexterity.codegen.on_board import c_files, write_c
 
 if TYPE_CHECKING:
     from dexterity.codegen import ecmascript, pose, recorded_functions, recording, tape
@@ -20,6 +21,7 @@ __all__ = [
     "recorded_functions",
     "recording",
     "tape",
+    "write_c",
 ]
 
 # Hidden from type checkers, for whom every name would otherwise be a module.

@@ -121,6 +121,7 @@ def _parts(derivation: Derivation, name: str | None, precision: Precision) -> tu
         version=importlib.metadata.version("dexterity-study"),
         sha256=hashlib.sha256(computation.code.encode()).hexdigest(),
         not_finite=NOT_FINITE,
+        more_errors="",
         functions=file.fill("index_functions.h.in", joints=joints),
     )
     return file, header, code

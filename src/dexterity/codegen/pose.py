@@ -47,12 +47,18 @@ class Kinematics(NamedTuple):
         (n + 1, 3) a point on each joint's axis, carried by the joint's link, and the tool point [m].
     jacobian
         (6, n) geometric Jacobian: velocity of the tool point, then angular velocity, in the world's axes.
+    spatial_jacobian
+        (6, n) twist of the tool's body about the world's origin, in the world's axes.
+    body_jacobian
+        (6, n) twist of the tool's body about the tool point, in the tool's axes.
     """
 
     pose: Program
     links: Program
     points: Program
     jacobian: Program
+    spatial_jacobian: Program
+    body_jacobian: Program
 
 
 def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
@@ -84,6 +90,14 @@ def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
         else:
             arm = [record(p - c) for p, c in zip(tool, points[i], strict=True)]
             columns.append([*record.all(_cross(axis, arm)), *axis])
+    about_origin = [
+        [*record.all(v + x for v, x in zip(column[:3], _cross(tool, column[3:]), strict=True)), *column[3:]]
+        for column in columns
+    ]
+    in_tool = [
+        [record(dot(axis, part)) for part in (column[:3], column[3:]) for axis in zip(*turned, strict=True)]
+        for column in columns
+    ]
     homogeneous = [
         x
         for T in links
@@ -97,7 +111,10 @@ def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
         record.program(q, pose),
         record.program(q, homogeneous),
         record.program(q, [x for point in (*points, tool) for x in point]),
-        record.program(q, [x for row in zip(*columns, strict=True) for x in row]),
+        *(
+            record.program(q, [x for row in zip(*jacobian, strict=True) for x in row])
+            for jacobian in (columns, about_origin, in_tool)
+        ),
     )
 
 

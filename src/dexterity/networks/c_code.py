@@ -92,6 +92,7 @@ def parts(
         version=importlib.metadata.version("dexterity-study"),
         sha256=hashlib.sha256(answer.encode()).hexdigest(),
         not_finite=NOT_FINITE,
+        more_errors="",
         functions=file.fill("network_functions.h.in", joints=view.joints),
     )
     return file, header, code

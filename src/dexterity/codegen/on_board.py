@@ -1,0 +1,88 @@
+"""Standard C to take on board: an index with its gradient, or a chain's kinematics, as a header and a file.
+
+Examples
+--------
+>>> import tempfile
+>>> import dexterity as dx
+>>> folder = tempfile.mkdtemp()
+>>> paths = dx.codegen.write_c(folder, dx.robots.puma560(), name="puma")
+>>> [path.name for path in paths]
+['puma.c', 'puma.h']
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from dexterity import store
+from dexterity.chain import Chain
+from dexterity.codegen import c99, c_kinematics
+from dexterity.codegen.c_file import Precision
+from dexterity.derivation import Derivation, SymbolicChain
+
+__all__ = ["c_files", "write_c"]
+
+
+def c_files(
+    subject: Derivation | Chain | SymbolicChain, name: str | None = None, precision: Precision = "double"
+) -> dict[str, str]:
+    """Return a header and a C file, by their file names.
+
+    Parameters
+    ----------
+    subject
+        A derived index (:func:`dexterity.derivation.derive`) for its value and gradient, or a chain for its
+        pose, its Jacobians, and joint rates for a twist.
+    name
+        What all names in the files begin with; by default it says what is computed, and ends in eight digits
+        that distinguish all variants.
+    precision
+        Type of all numbers: ``"double"``, or ``"float"`` for processors without doubles.
+
+    Raises
+    ------
+    TypeError
+        If the subject is nothing that can be written, or the name no text.
+    ValueError
+        If the name cannot be used in C and C++, the precision is unknown, a number is not finite or too
+        large for it, or the chain has lengths without a value or too few joints for the index.
+    """
+    if isinstance(subject, Derivation):
+        return c99.c_files(subject, name, precision)
+    if isinstance(subject, Chain | SymbolicChain):
+        return c_kinematics.c_files(subject, name, precision)
+    raise TypeError(f"subject is a {type(subject).__name__}; a Derivation or a Chain is needed")
+
+
+def write_c(
+    folder: str | os.PathLike[str],
+    subject: Derivation | Chain | SymbolicChain | Mapping[str, str],
+    name: str | None = None,
+    precision: Precision = "double",
+) -> list[Path]:
+    """Write a header and a C file into a folder, and return their paths.
+
+    Parameters
+    ----------
+    folder
+        Where to write; made if it is missing.
+    subject
+        As of :func:`c_files`, or texts by their file names, such as those of a network.
+    name, precision
+        As of :func:`c_files`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As :func:`c_files`.
+    OSError
+        If a file cannot be written.
+    """
+    files = subject if isinstance(subject, Mapping) else c_files(subject, name, precision)
+    paths = []
+    for file, text in sorted(files.items()):
+        paths.append(Path(folder, file))
+        store.write_atomically(paths[-1], text)
+    return paths
