@@ -94,12 +94,7 @@ def compile_index(
     numeric = chain.numeric() if isinstance(chain, SymbolicChain) else chain
     require_not_zero_everywhere(index, numeric)
     symbolic = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
-    engine: Engine
-    if backend == "c":
-        _require_in_c(index)
-        engine = InC(symbolic, index)
-    else:
-        engine = _in_torch(derive(symbolic, index), numeric, backend)
+    engine = InC(symbolic, index) if backend == "c" else _in_torch(derive(symbolic, index), numeric, backend)
     return CompiledIndex(numeric, symbolic, index, backend, engine)
 
 
@@ -244,12 +239,6 @@ class Engine(Protocol):
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
         """Values (...) and gradients (..., n) of configurations (..., n)."""
-
-
-def _require_in_c(index: Index) -> None:
-    written = index.name in ("manipulability", "kinematic_conditioning") and index.rows == "full"
-    if not written or index.characteristic_length is not None:
-        raise ValueError(f'{index!r} is not written in C; backend="torch" computes it')
 
 
 # ---- in torch --------------------------------------------------------------------------------------

@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 W, KCI = "manipulability", "kinematic_conditioning"
 UVMS, PUMA = dx.robots.uvms(), dx.robots.puma560()
 BEGIN = "arm"
-PLANAR = dx.Chain.from_dh([{"a": 0.3}] * 6, name="planar")
 NULL_POINTER, WRONG_JOINTS = 1, 2
 
 WARNINGS = ("-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Wshadow", "-Werror")
@@ -110,7 +109,7 @@ functions_of = cache(Functions)
 
 
 @both_indices
-@pytest.mark.parametrize("chain", [PUMA, UVMS, PLANAR], ids=["puma", "uvms", "planar"])
+@pytest.mark.parametrize("chain", [PUMA, UVMS], ids=["puma", "uvms"])
 def test_a_file_compiles_without_warnings(tmp_path, compiler, chain, name):
     file = tmp_path / "index.c"
     file.write_text(source_of(chain, name), encoding="utf-8")
@@ -222,7 +221,7 @@ HOSTILE = {
 
 @pytest.mark.parametrize("chain_name", HOSTILE.values(), ids=HOSTILE)
 def test_no_name_breaks_out_of_the_comment(tmp_path, compiler, chain_name):
-    derivation = symbolic.derive(PLANAR, Index(W))
+    derivation = symbolic.derive(PUMA, Index(W))
     names = tuple(f"{chain_name} {i}" for i in range(6))
     source = symbolic.c_source(
         replace(derivation, chain=replace(derivation.chain, name=chain_name, joint_names=names)), BEGIN
@@ -274,12 +273,53 @@ def test_all_four_functions_agree_and_write_their_rows_only(rng, name, count):
         assert_allclose(gradient[:6], gradients[row], rtol=1e-10, atol=1e-13)
 
 
-@both_indices
-def test_a_chain_that_cannot_move_in_six_ways_has_zeros(rng, name):
-    q, values, gradients = rng.uniform(-3, 3, (20, 6)), np.ones(20), np.ones((20, 6))
-    assert functions_of(PLANAR, name).gradient_batch(q, 20, 6, values, gradients) == 0
-    assert_array_equal(values, 0)
-    assert_array_equal(gradients, 0)
+TABLE = dx.Chain.from_dh([{"a": 0.3}, {"a": 0.25, "alpha": np.pi}, {"kind": "prismatic"}, {}], name="table")
+MEASURES = [
+    (PUMA, Index("smallest_singular_value", "geometric")),
+    (PUMA, Index("isotropy", "geometric", rows="translational")),
+    (PUMA, Index("log_manipulability")),
+    (PUMA, Index("limited_manipulability")),
+    (PUMA, Index("velocity_ratio", "geometric", direction=(0.0, 0.6, 0.8, 0.0, 0.0, 0.0))),
+    (TABLE, Index(KCI, "geometric", rows=("vx", "vy", "vz", "wz"))),
+    (TABLE, Index("order_independent_manipulability", "geometric", rows=("vx",))),
+]
+
+
+@pytest.mark.parametrize(("chain", "index"), MEASURES, ids=lambda x: getattr(x, "name", None))
+def test_every_recorded_measure_is_written(chain, index):
+    """With any rows and joints; the self-test compares with the definition, as these lines do again."""
+    q = torch.from_numpy(np.random.default_rng(3).uniform(-1.2, 1.2, (50, chain.joints))).requires_grad_()
+    values = index.bind(chain)(q)
+    (gradients,) = torch.autograd.grad(values.sum(), q)
+    f = symbolic.compile_index(chain, index, "c")
+    found, slopes = f.value_and_gradient(q.detach())
+    assert_allclose(found, values.detach(), rtol=1e-10, atol=1e-14)
+    assert_allclose(slopes, gradients, rtol=0, atol=1e-9 * float(gradients.abs().max()))
+
+
+def test_a_limit_sees_the_value_and_a_sine_the_angle(rng):
+    """A joint may turn several times: its angle is brought into one turn, its distance to a limit is not."""
+    chain = dx.Chain(PUMA.screws, PUMA.home, lower=[-30.0] * 6, upper=[40.0] * 6, name="turns")
+    index = Index("limited_manipulability")
+    q = rng.uniform(-28, 38, (50, 6))
+    assert_allclose(symbolic.compile_index(chain, index, "c")(q), index.bind(chain)(q), rtol=1e-10)
+
+
+def test_what_is_not_recorded_is_refused_by_name():
+    with pytest.raises(ValueError, match=r'^guaranteed_speed is not recorded .* backend="torch" computes it'):
+        symbolic.compile_index(PUMA, Index("guaranteed_speed"), "c")
+
+
+@pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-9, 1e-11])
+def test_the_gradient_of_kci_keeps_its_digits_toward_a_singularity(angle):
+    """faults.md, 19: the error was 2e-4 at a KCI of 3e-13; automatic differentiation keeps 1e-15."""
+    q = torch.tensor([0.3, -0.5, 0.7, 0.2, angle, -0.4], dtype=torch.float64, requires_grad=True)
+    value = Index(KCI).bind(PUMA)(q)
+    (gradient,) = torch.autograd.grad(value, q)
+    values, slopes = np.empty(1), np.empty(6)
+    assert functions_of(PUMA, KCI).gradient(q.detach().numpy(), values, slopes) == 0
+    assert_allclose(values, value.detach(), rtol=0, atol=1e-15)
+    assert_allclose(slopes, gradient, rtol=0, atol=1e-13 * float(gradient.abs().max()))
 
 
 def test_numbers_keep_all_their_digits():
@@ -347,7 +387,7 @@ def test_what_is_not_finite_is_refused(name, poison, row):
 @both_indices
 def test_a_chain_that_cannot_be_computed_has_no_file(name):
     short = dx.Chain.from_dh([{"a": 1}] * 5, name="short arm")
-    with pytest.raises(ValueError, match=r"^short arm has 5 joints"):
+    with pytest.raises(ValueError, match=r"short arm"):
         symbolic.c_source(symbolic.derive(short, Index(name)))
     open_lengths = SymbolicChain.from_description(dx.robots.describe("docking_arm"))
     with pytest.raises(ValueError, match=r"^docking_arm has lengths without a value"):

@@ -19,11 +19,9 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from dexterity import store
-from dexterity.codegen.angles import needs_values, with_angles_apart
 from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
 from dexterity.codegen.costs import Costs, costs
 from dexterity.codegen.heading import geometry, heading
@@ -32,12 +30,11 @@ from dexterity.codegen.reference import references
 from dexterity.derivation import Derivation, SymbolicChain
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.indices import Index
-from dexterity.program import Program
 
 __all__ = ["ZERO", "c_files", "c_source", "function_name"]
 
 ZERO = 1e-14
-"""A KCI below it is a singularity seen through rounding."""
+"""A ratio of singular values below it is a singularity seen through rounding."""
 
 _SWEEPS = 30
 """Rounds of Jacobi's rotations for the singular vectors, at most."""
@@ -81,27 +78,27 @@ def c_files(
     ------
     TypeError, ValueError
         If the name cannot be used in C and C++, the precision is unknown, a number is not finite or too
-        large for it, or the chain has lengths without a value or too few joints for the index.
+        large for it, the chain has lengths without a value, or the index is zero everywhere or has no C form.
     """
     file, header, code = _parts(derivation, name, precision)
     return file.files(header, code)
 
 
 def _parts(derivation: Derivation, name: str | None, precision: Precision) -> tuple[CFile, str, str]:
-    derivation.chain.require_computable(derivation.index.name)
+    derivation.require_computable()
     file = CFile(
         function_name(derivation.chain, derivation.index, precision) if name is None else name, precision
     )
-    computation = _COMPUTATIONS[derivation.index.name](derivation, file)
-    joints, inputs = derivation.chain.joints, computation.inputs(file)
+    computation, joints = _computation(derivation, file), derivation.chain.joints
+    values_too = bool(derivation.values_as_given)
     turning = [int(kind == "revolute") for kind in derivation.chain.kinds]
     rows = references(derivation)
     code = file.fill(
         "file.c.in",
         sine_cosine=file.sine_cosine() if "_sine_cosine(" in computation.code else "",
-        lay_out=file.lay_out(turning, computation.values_too),
+        lay_out=file.lay_out(turning, values_too),
         computation=computation.code,
-        inputs=inputs,
+        inputs=f"{2 if values_too else 1}*{file.name.upper()}_JOINTS",
         rows=table(rows.q.ravel()),
         values=table(rows.values),
         gradients=table(rows.gradients.ravel()),
@@ -135,67 +132,62 @@ class _Computation:
     ----------
     code
         Their text.
-    values_too
-        Whether they take the joint values beside the angles within one turn.
     value, gradient
         Operations that the two functions need at most.
     """
 
     code: str
-    values_too: bool
     value: Costs
     gradient: Costs
 
-    def inputs(self, file: CFile) -> str:
-        return f"{2 if self.values_too else 1}*{file.name.upper()}_JOINTS"
 
-
-def _manipulability(derivation: Derivation, file: CFile) -> _Computation:
-    programs, values_too = _with_angles(
-        derivation,
-        {"value": derivation.manipulability, "value_and_gradient": derivation.manipulability_gradient},
+def _computation(derivation: Derivation, file: CFile) -> _Computation:
+    if derivation.kind == "closed":
+        return _closed(derivation, file)
+    if derivation.kind == "spectral":
+        return _spectral(derivation, file)
+    raise ValueError(
+        f"{derivation.measure.name} is not recorded as a program, and has no C form; "
+        'backend="torch" computes it'
     )
+
+
+def _closed(derivation: Derivation, file: CFile) -> _Computation:
+    programs = {"value": derivation.value, "value_and_gradient": derivation.value_and_gradient}
     code = "\n".join(file.loop(name, program) for name, program in programs.items())
-    return _Computation(code, values_too, *map(costs, programs.values()))
+    return _Computation(code, *map(costs, programs.values()))
 
 
-def _conditioning(derivation: Derivation, file: CFile) -> _Computation:
-    programs, values_too = _with_angles(
-        derivation,
-        {
-            "bidiagonal": derivation.bidiagonal,
-            "triangle": derivation.triangle,
-            "conditioning_gradient": derivation.conditioning_gradient,
-        },
-    )
-    step = laguerre_step(6)
-    single = file.precision == "float"
+def _spectral(derivation: Derivation, file: CFile) -> _Computation:
+    m, single = derivation.size, file.precision == "float"
+    programs = {
+        "bidiagonal": derivation.bidiagonal_with_sum,
+        "laguerre_step": laguerre_step(m),
+        "combination": derivation.combination,
+        "triangle": derivation.triangle,
+        "gradient_of_vectors": derivation.spectral_gradient,
+    }
+    loops = {name: file.loop(name, program) for name, program in programs.items()}
     code = file.fill(
-        "conditioning.c.in",
-        inputs=f"{2 if values_too else 1}*{file.name.upper()}_JOINTS",
+        "spectral.c.in",
+        size=m,
+        squares=2 * m - 1,
+        entries=m * (m + 1) // 2,
         zero=1e-6 if single else ZERO,
         steps=LAGUERRE_STEPS,
         sweeps=_SWEEPS,
         tolerance=1e-5 if single else LAGUERRE_TOLERANCE,
         rounding=2e-7 if single else 1e-15,
         nothing=1e-30 if single else 1e-300,
-        bidiagonal=file.loop("bidiagonal", programs["bidiagonal"]),
-        triangle=file.loop("triangle", programs["triangle"]),
-        step=file.loop("laguerre_step", step),
-        gradient=file.loop("conditioning_gradient", programs["conditioning_gradient"]),
+        step=loops.pop("laguerre_step"),
+        gradient=loops.pop("gradient_of_vectors"),
+        **loops,
     )
-    value = costs(programs["bidiagonal"]) + costs(step) * (2 * LAGUERRE_STEPS)
-    rotations = Costs(arithmetic=118, roots=3) * (15 * _SWEEPS)
-    gradient = value + costs(programs["triangle"]) + rotations + costs(programs["conditioning_gradient"])
-    return _Computation(code, values_too, value, gradient)
-
-
-_COMPUTATIONS = {"manipulability": _manipulability, "kinematic_conditioning": _conditioning}
-
-
-def _with_angles(derivation: Derivation, programs: Mapping[str, Program]) -> tuple[dict[str, Program], bool]:
-    """Let programs take angles within one turn, and the joint values beside them where one needs these."""
-    turning = [kind == "revolute" for kind in derivation.chain.kinds]
-    if not any(needs_values(program, turning) for program in programs.values()):
-        return dict(programs), False
-    return {name: with_angles_apart(program, turning) for name, program in programs.items()}, True
+    needed = {name: costs(program) for name, program in programs.items()}
+    steps = needed["laguerre_step"] * (2 * LAGUERRE_STEPS)
+    value = needed["bidiagonal"] + steps + needed["combination"] + Costs(roots=2)
+    pairs = m * (m - 1) // 2 * _SWEEPS
+    rotations = Costs(arithmetic=18 * m + 20, roots=3) * pairs
+    vectors = Costs(arithmetic=24 * m * m, roots=6)
+    gradient = value + needed["triangle"] + rotations + vectors + needed["gradient_of_vectors"]
+    return _Computation(code, value, gradient)

@@ -291,7 +291,9 @@ def commented(lines: Iterable[str]) -> str:
 
 def _as_number(expression: sympy.Expr) -> str:
     """Return an expression in C; a whole number has a point, so that it has the type of the others."""
-    return number(float(expression)) if expression.is_Number else str(C.doprint(expression))
+    if expression.is_Number and expression.is_finite:
+        return number(float(expression))
+    return str(C.doprint(expression))
 
 
 def _rounded(x: mpmath.mpf, bits: int) -> float:

@@ -25,7 +25,7 @@ from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, ta
 from dexterity.codegen.heading import geometry, joints, printable
 from dexterity.codegen.names import words
 from dexterity.codegen.pose import kinematics
-from dexterity.codegen.reference import numeric_chain, regular_rows
+from dexterity.codegen.reference import regular_rows
 from dexterity.derivation import SymbolicChain
 from dexterity.program import Program
 
@@ -90,7 +90,7 @@ def _parts(chain: Chain | SymbolicChain, name: str | None, precision: Precision)
         (file.sine_cosine() if has_angles else "")
         + file.lay_out([int(turns) for turns in turning], values_too)
         + functions
-        + _resolve(file, numeric_chain(chain))
+        + _resolve(file, chain.numeric())
     )
     heading = printable(
         [

@@ -98,7 +98,7 @@ def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
     Raises
     ------
     ValueError
-        If the chain has lengths without a value, or fewer than six joints.
+        If the chain has lengths without a value, or the index is zero everywhere or has no C form.
     OSError
         If the folder for generated code cannot be written.
     """

@@ -21,18 +21,25 @@ def javascript_module(derivation: Derivation) -> str:
     Raises
     ------
     ValueError
-        If the chain has lengths without a value, or fewer than six joints.
+        If the chain has lengths without a value, or the index is zero everywhere or has no JavaScript form.
     """
-    derivation.chain.require_computable(derivation.index.name)
-    if derivation.index.name == "manipulability":
-        computation = function("compute", derivation.manipulability)
-    else:
-        computation = template("conditioning.js.in").substitute(
+    derivation.require_computable()
+    if derivation.kind == "closed":
+        computation = function("ofAngles", derivation.value)
+    elif derivation.kind == "spectral":
+        computation = template("spectral.js.in").substitute(
             steps=LAGUERRE_STEPS,
             tolerance=LAGUERRE_TOLERANCE,
-            bidiagonal=function("bidiagonal", derivation.bidiagonal),
-            step=function("laguerreStep", laguerre_step(6)),
+            bidiagonal=function("bidiagonal", derivation.bidiagonal_with_sum),
+            step=function("laguerreStep", laguerre_step(derivation.size)),
+            combination=function("combination", derivation.combination),
         )
+    else:
+        raise ValueError(
+            f"{derivation.measure.name} is not recorded as a program, and has no JavaScript form"
+        )
+    turning = [kind == "revolute" for kind in derivation.chain.kinds]
+    computation = template("turned.js.in").substitute(turning=literal(turning)) + computation
     about = {
         "chain": derivation.chain.name,
         "index": derivation.index.name,

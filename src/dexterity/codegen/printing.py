@@ -32,8 +32,6 @@ def number(x: float) -> str:
     return repr(float(x))
 
 
-_NOT_FINITE = (sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
-
 _LARGEST_PRODUCT = 8
 """Whole powers up to this one are printed as products."""
 
@@ -48,10 +46,16 @@ class _Arithmetic:
         return number(float(expression))
 
     def _print(self, expression: Expr, **options: object) -> str:
-        # π, e, infinities and NaN; sympy would print names that only some headers define.
-        if isinstance(expression, sympy.NumberSymbol) or expression in _NOT_FINITE:
-            return number(float(abs(expression)))
+        # π and e have names that only some headers define; what is undefined has none at all.
+        if isinstance(expression, sympy.NumberSymbol):
+            return number(float(expression))
+        if expression in (sympy.zoo, sympy.nan):
+            return number(math.nan)
         return str(super()._print(expression, **options))  # type: ignore[misc]
+
+    def _print_select(self, expression: Expr) -> str:
+        decides, positive, otherwise = map(self._print, expression.args)
+        return f"(({decides}) > 0.0 ? ({positive}) : ({otherwise}))"
 
     def _print_Pow(self, expression: Expr) -> str:
         base = self.parenthesize(expression.base, PRECEDENCE["Atom"], strict=True)  # type: ignore[attr-defined]

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from dexterity.chain import Chain
-from dexterity.derivation import Derivation, SymbolicChain
+from dexterity.derivation import Derivation
 
-__all__ = ["References", "numeric_chain", "references", "regular_rows"]
+__all__ = ["References", "references", "regular_rows"]
 
 COUNT = 4
 """Configurations that a file brings with it."""
@@ -38,7 +38,7 @@ class References(NamedTuple):
 
 def references(derivation: Derivation) -> References:
     """Return the index by its definition, with its gradient by automatic differentiation."""
-    chain = numeric_chain(derivation.chain)
+    chain = derivation.chain.numeric()
     index = derivation.index.bind(chain)
     q = regular_rows(chain).requires_grad_()
     values = index(q)
@@ -60,25 +60,3 @@ def regular_rows(chain: Chain) -> Tensor:
     q = (lower + (upper - lower) * draws).float().double()
     smallest = torch.linalg.svdvals(chain.geometric_jacobian(q))[:, -1]
     return q[smallest.argsort(descending=True)[:COUNT]]
-
-
-def numeric_chain(symbolic: SymbolicChain) -> Chain:
-    """Return the chain of numbers that a symbolic chain without open lengths stands for."""
-    screws = [
-        [*map(float, axis), 0.0, 0.0, 0.0]
-        if kind == "prismatic"
-        else [*np.cross(np.array(point, dtype=float), np.array(axis, dtype=float)), *map(float, axis)]
-        for kind, axis, point in zip(symbolic.kinds, symbolic.axes, symbolic.points, strict=True)
-    ]
-    home = np.eye(4)
-    home[:3, :3] = np.array(symbolic.tool_axes, dtype=float)
-    home[:3, 3] = np.array(symbolic.tool, dtype=float)
-    return Chain(
-        screws,
-        home,
-        name=symbolic.name,
-        joint_names=symbolic.joint_names,
-        rates=symbolic.rates,
-        lower=symbolic.lower,
-        upper=symbolic.upper,
-    )

@@ -20,11 +20,17 @@ __all__ = ["in_single_precision"]
 
 _SMALLEST = 1e-30
 
+_FUNCTIONS = (
+    "sqrt|cbrt|fabs|copysign|sin|cos|tan|acos|asin|atan|atan2|exp|exp2|expm1|log|log2|log10|log1p|pow|hypot|fmin|"
+    "fmax|fma|floor|ceil"
+)
+
 _TOKENS = re.compile(
     r"(?P<comment>/\*.*?\*/|\"[^\"\n]*\"|\#\s*(?:include|error|pragma)[^\n]*)"
     r"|(?P<number>(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?(?![\w.]))"
-    r"|\b(?P<function>sqrt|fabs|copysign|sin|cos|tan|acos|asin|atan|atan2|exp|log|pow|hypot|fmin|fmax|floor)(?=\()"
-    r"|\b(?P<type>double)\b",
+    rf"|\b(?P<function>{_FUNCTIONS})(?=\()"
+    r"|\b(?P<type>double)\b"
+    r"|\b(?P<infinity>HUGE_VAL)\b",
     re.DOTALL,
 )
 
@@ -45,6 +51,8 @@ def _exchanged(token: re.Match[str]) -> str:
         return "float"
     if token["function"]:
         return f"{token['function']}f"
+    if token["infinity"]:
+        return "HUGE_VALF"
     if token["number"]:
         return _literal(float(token["number"]))
     return token[0]

@@ -173,11 +173,6 @@ class Derivation:
         """Compute w of the normalised Jacobian, by orthogonal elimination of J itself."""
         return self.value
 
-    @property
-    def manipulability_gradient(self) -> Program:
-        """Compute w and its n derivatives."""
-        return self.value_and_gradient
-
     @cached_property
     def squared_manipulability(self) -> Program:
         """w² of the Jacobian times the joint rates, in closed form without tool rates.
@@ -268,34 +263,6 @@ class Derivation:
         entries = record.program(self.joint_values, [x for row in rows for x in row])
         program = gradient(entries, weigh, extra)
         return program.leading_to(program.outputs[columns * m :])
-
-    @cached_property
-    def conditioning_gradient(self) -> Program:
-        """Compute the n derivatives of KCI from the left singular vectors of its two singular values.
-
-        Inputs beyond the joint values are a₁ … a₆ and b₁ … b₆: the left singular vectors (in the row order
-        of :attr:`triangle`) of the smallest and the largest singular value, times √KCI and divided by their
-        singular value. Then dKCI = aᵀ dJ Jᵀ a − bᵀ dJ Jᵀ b.
-        """
-        vectors = sympy.symbols("a1:7 b1:7", real=True)
-        record, rows, _ = self._usable_rows()
-        if rows is None:
-            return record.program((*self.joint_values, *vectors), [S.Zero] * self.chain.joints)
-        m = len(rows[0])
-
-        def weigh(record: Recorder, entries: list[Expr]) -> list[Expr]:
-            columns = [entries[j::m] for j in range(m)]
-            a_J, b_J = ([record(dot(x, column)) for column in columns] for x in (vectors[:6], vectors[6:]))
-            return [
-                record(a * a_J[j] - b * b_J[j])
-                for a, b in zip(vectors[:6], vectors[6:], strict=True)
-                for j in range(m)
-            ]
-
-        program = gradient(
-            record.program(self.joint_values, [x for row in rows for x in row]), weigh, vectors
-        )
-        return program.leading_to(program.outputs[6 * m :])
 
     def _spectral(self) -> Spectral:
         if not isinstance(self.measure.recorded, Spectral):

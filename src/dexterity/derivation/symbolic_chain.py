@@ -129,21 +129,6 @@ class SymbolicChain:
         if self.lengths:
             raise ValueError(f"{self.name} has lengths without a value: {', '.join(map(str, self.lengths))}")
 
-    def require_computable(self, index: str) -> None:
-        """Make sure that an index of all six rows can be computed from the joint values alone.
-
-        Raises
-        ------
-        ValueError
-            If lengths have no value, or there are too few joints for six rows.
-        """
-        self.require_numbers()
-        if self.joints < 6:
-            raise ValueError(
-                f"{self.name} has {self.joints} joints; with fewer than 6 the {index.replace('_', ' ')} "
-                "of all six rows is zero everywhere"
-            )
-
     def numeric(self) -> Chain:
         """Return the chain of numbers.
 
