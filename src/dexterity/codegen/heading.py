@@ -20,7 +20,7 @@ __all__ = ["geometry", "heading", "joints", "printable"]
 _ACCURACY = {
     "closed": (
         "a few rounding errors ({epsilon}), relative, divided by the smallest over the largest singular "
-        "value of the Jacobian. Where an index has its minimum zero, its gradient is zero or that of one side."
+        "value of the Jacobian. At its minimum zero the gradient is zero or that of one side."
     ),
     "spectral": (
         "a few rounding errors ({epsilon}) of the largest singular value. Where the smallest or the largest "
