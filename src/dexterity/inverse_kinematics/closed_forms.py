@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics.parallel_axes import parallel_branches, parallel_geometry
 from dexterity.inverse_kinematics.wrists import geometry_of, reversed_arm, wrist_branches
@@ -50,7 +50,7 @@ def closed_form(chain: Chain) -> str | None:
     ``"spherical shoulder"`` (the first three meet), or None: only a search finds configurations. Axes that
     meet or are parallel to six digits count; :func:`geometric_miss` says by how much they miss.
     """
-    form = form_of(chain)
+    form = form_of(checks.instance(chain, "chain", Chain))
     return None if form is None else form.name
 
 
@@ -65,7 +65,7 @@ def geometric_miss(chain: Chain) -> float:
     ValueError
         If the chain has no closed form.
     """
-    form = form_of(chain)
+    form = form_of(checks.instance(chain, "chain", Chain))
     if form is None:
         raise ValueError(f"chain {chain.name!r} has no closed form, and so no condition to miss")
     return form.miss

@@ -32,7 +32,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.descent import remaining_twist
 from dexterity.indices.rows import Rows, row_numbers
@@ -45,6 +45,7 @@ Objective: TypeAlias = Callable[[Tensor], Tensor]
 """Values (...) of joint values (..., n); larger is better. An index, bound or compiled, is one."""
 
 _HALVINGS = 8
+_LARGEST_DAMPING = 1e150  # its square is finite
 _NEWTON_STEPS, _NEWTON_DIGITS, _NEWTON_DAMPING = 12, 1e-13, 1e-13
 
 
@@ -72,8 +73,7 @@ def damped_pseudo_inverse(
     J = spatial.to_float64(J, "J")
     if J.ndim < 2:
         raise ValueError(f"J has shape {tuple(J.shape)}; (..., rows, joints) is needed")
-    if not (isinstance(damping, int | float) and 0 <= damping < float("inf")):
-        raise ValueError(f"damping is {damping!r}; 0 or a positive number is needed")
+    damping = checks.real(damping, "damping", least=0, most=_LARGEST_DAMPING)
     ease = _ease(weights, J)
     scaled = J * ease[..., None, :]
     if damping > 0:
@@ -148,9 +148,9 @@ def null_space_step(
     ValueError
         If a shape does not fit, something is not finite, `gain` is not positive, or `q` is beyond a limit.
     """
+    checks.instance(chain, "chain", Chain)
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain").detach()
-    if not (isinstance(gain, int | float) and 0 < gain < float("inf")):
-        raise ValueError(f"gain is {gain!r}; a positive number is needed")
+    gain = checks.real(gain, "gain", above=0)
     if (q < chain.lower.to(q.device) - ROUNDING).any() or (q > chain.upper.to(q.device) + ROUNDING).any():
         raise ValueError("q is beyond the limits of the chain; a step starts within them")
     gradient = slope(objective, q) if callable(objective) else spatial.to_float64(objective, "objective")
@@ -251,6 +251,8 @@ def _ease(weights: TensorLike | None, J: Tensor) -> Tensor:
     costs = spatial.to_extended_float64(weights, "weights").to(J.device)
     if costs.shape[-1:] != J.shape[-1:]:
         raise ValueError(f"weights has shape {tuple(costs.shape)}; {J.shape[-1]} are needed, one for a joint")
+    if costs.ndim > 1 and costs.shape[:-1] != J.shape[:-2]:
+        raise ValueError(f"weights has batch axes {tuple(costs.shape[:-1])}; J has {tuple(J.shape[:-2])}")
     if spatial.are_readable(costs) and (costs <= 0).any():
         raise ValueError(f"weights holds {costs.min().item():g}; positive costs are needed")
     return costs.rsqrt()

@@ -37,7 +37,7 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished
 from dexterity.inverse_kinematics.subproblems import Line, about_two, solved
@@ -80,6 +80,7 @@ def three_parallel_axes(
     ValueError
         If the arm is not such an arm, or a pose is not rigid or not finite.
     """
+    checks.instance(arm, "arm", Chain)
     T = spatial.require_rigid(T_base_tool, "T_base_tool")
     q, valid, _ = parallel_branches(arm, T)
     return q, valid

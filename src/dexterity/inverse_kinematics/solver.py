@@ -108,7 +108,7 @@ def solve(
     checks.instance(chain, "chain", Chain)
     chosen = row_numbers(rows)
     checks.whole(seeds, "seeds", least=1)
-    checks.positive(tolerance, "tolerance")
+    tolerance = checks.positive(tolerance, "tolerance")
     checks.choice(method, "method", get_args(Method))
     if enough is not None:
         checks.whole(enough, "enough", least=1)

@@ -24,7 +24,7 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
@@ -51,6 +51,7 @@ def within_limits(chain: Chain, q: TensorLike, limit_tolerance: float = LIMIT) -
     ValueError
         If the last axis of `q` is not the number of joints, `q` is not finite, or the tolerance is negative.
     """
+    checks.instance(chain, "chain", Chain)
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
     lower, upper = _widened(chain, q.device, limit_tolerance)
     return ((q >= lower) & (q <= upper)).all(-1)
@@ -86,6 +87,7 @@ def nearest_copy(
         If the last axis of `q` or `near` is not the number of joints, something is not finite, the batch axes
         do not broadcast, or the tolerance is negative.
     """
+    checks.instance(chain, "chain", Chain)
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
     lower, upper = _widened(chain, q.device, limit_tolerance)
     target = middle_of_limits(chain).to(q.device) if near is None else _seed(chain, near, q)
@@ -123,6 +125,7 @@ def copies_within_limits(
         If `q` is not (n,) or not finite, the tolerance is negative, a revolute joint has one limit alone, or
         there are more than a million copies.
     """
+    checks.instance(chain, "chain", Chain)
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
     if q.ndim != 1:
         raise ValueError(f"q has shape {tuple(q.shape)}; one configuration, ({chain.joints},), is needed")
@@ -178,8 +181,5 @@ def _seed(chain: Chain, near: TensorLike, q: Tensor) -> Tensor:
 
 def _widened(chain: Chain, device: torch.device, limit_tolerance: float) -> tuple[Tensor, Tensor]:
     """Limits (n) of a chain, wider by a tolerance."""
-    if isinstance(limit_tolerance, bool) or not isinstance(limit_tolerance, int | float):
-        raise TypeError(f"limit_tolerance is {limit_tolerance!r}; a number is needed")
-    if not 0 <= limit_tolerance < math.inf:
-        raise ValueError(f"limit_tolerance is {limit_tolerance}; 0 or a positive number is needed")
-    return chain.lower.to(device) - limit_tolerance, chain.upper.to(device) + limit_tolerance
+    wider = checks.real(limit_tolerance, "limit_tolerance", least=0)
+    return chain.lower.to(device) - wider, chain.upper.to(device) + wider

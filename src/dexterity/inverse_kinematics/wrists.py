@@ -27,7 +27,7 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished
 from dexterity.inverse_kinematics.subproblems import Line, Turning, about_two, solved
@@ -73,6 +73,7 @@ def spherical_wrist(
     ----------
     Murray, Li & Sastry (1994), section 3.3; Pieper (1968).
     """
+    checks.instance(arm, "arm", Chain)
     T = spatial.require_rigid(T_base_tool, "T_base_tool")
     q, valid, _ = wrist_branches(arm, T)
     return q, valid
@@ -99,6 +100,7 @@ def spherical_shoulder(
     ValueError
         If the arm is not such an arm, or a pose is not rigid or not finite.
     """
+    checks.instance(arm, "arm", Chain)
     T = spatial.require_rigid(T_base_tool, "T_base_tool")
     q, valid, _ = wrist_branches(reversed_arm(arm), spatial.inverse(T))
     return q.flip(-1), valid

@@ -25,7 +25,13 @@ from jaxtyping import Float64
 from torch import Tensor
 
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
-from dexterity.spatial.values import TensorLike, are_readable, require_finite_result, to_float64
+from dexterity.spatial.values import (
+    TensorLike,
+    are_readable,
+    as_float64,
+    require_finite_result,
+    to_float64,
+)
 
 __all__ = [
     "adjoint",
@@ -240,22 +246,36 @@ def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
     return require_finite_result(twist, "T")
 
 
-def apply(T: Float64[Tensor, "*#batch 4 4"], p: Float64[Tensor, "*#batch 3"]) -> Float64[Tensor, "*batch 3"]:
+def apply(T: TensorLike, p: TensorLike) -> Float64[Tensor, "*batch 3"]:
     """Return points moved by poses, R p + t; leading axes are matched up.
 
     Parameters
     ----------
     T
-        (..., 4, 4) poses, not checked.
+        (..., 4, 4) poses; whether they are rigid is not checked.
     p
         (..., 3) points [m].
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit or something is not finite.
     """
+    T = trailing(to_float64(T, "T"), "T", (4, 4))
+    p = trailing(to_float64(p, "p"), "p", (3,))
+    _common_batch("T and p", T.shape[:-2], p.shape[:-1])
     return (T[..., :3, :3] @ p[..., None])[..., 0] + T[..., :3, 3]
 
 
-def wrap_to_pi(angle: Float64[Tensor, "*batch"]) -> Float64[Tensor, "*batch"]:
-    """Return the copy of an angle [rad] from −π to π."""
-    return torch.remainder(angle + torch.pi, 2 * torch.pi) - torch.pi
+def wrap_to_pi(angle: TensorLike) -> Float64[Tensor, "*batch"]:
+    """Return the copy of an angle [rad] from −π to π; NaN for an angle that is infinite or NaN.
+
+    Raises
+    ------
+    TypeError
+        If the elements are not real numbers.
+    """
+    return torch.remainder(as_float64(angle, "angle") + torch.pi, 2 * torch.pi) - torch.pi
 
 
 def adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:

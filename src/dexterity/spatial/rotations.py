@@ -24,6 +24,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.spatial import poses
 from dexterity.spatial.tolerances import SIX_DIGITS
 from dexterity.spatial.values import TensorLike, are_readable, to_float64
@@ -63,19 +64,7 @@ def nearest_rotation(matrix: TensorLike, *, largest_miss: float = 1e-2) -> Float
     ----------
     Schönemann (1966), A generalized solution of the orthogonal Procrustes problem.
     """
-    R = poses.trailing(to_float64(matrix, "matrix"), "matrix", (3, 3))
-    if not (isinstance(largest_miss, int | float) and largest_miss > 0):
-        raise ValueError(f"largest_miss is {largest_miss!r}; a positive number is needed")
-    if are_readable(R) and R.numel():
-        if (torch.linalg.det(R) <= 0).any():
-            raise ValueError("matrix is a reflection or flat (determinant not positive): no rotation is near")
-        miss = float(poses.rotation_miss(R).detach().max())
-        if miss >= largest_miss:
-            raise ValueError(
-                f"matrix misses orthonormality by {miss:.1e}; less than {largest_miss:g} is needed, "
-                "or a larger largest_miss"
-            )
-    return poses.polar_rotation(R)
+    return _nearest(poses.trailing(to_float64(matrix, "matrix"), "matrix", (3, 3)), largest_miss, "matrix")
 
 
 def nearest_rigid(T: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tensor, "*batch 4 4"]:
@@ -94,10 +83,27 @@ def nearest_rigid(T: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tenso
         As :func:`nearest_rotation`, or if the last row misses 0 0 0 1 by `largest_miss` or more.
     """
     T = poses.trailing(to_float64(T, "T"), "T", (4, 4))
+    R = _nearest(T[..., :3, :3], largest_miss, "T")
     last_row = T[..., 3, :] - T.new_tensor([0.0, 0.0, 0.0, 1.0])
     if are_readable(T) and (last_row.abs() >= largest_miss).any():
         raise ValueError("T is not a rigid-body pose: its last row is not 0 0 0 1")
-    return poses.assemble(nearest_rotation(T[..., :3, :3], largest_miss=largest_miss), T[..., :3, 3])
+    return poses.assemble(R, T[..., :3, 3])
+
+
+def _nearest(R: Tensor, largest_miss: float, name: str) -> Tensor:
+    bound = checks.real(largest_miss, "largest_miss", above=0, infinite=True)
+    if are_readable(R) and R.numel():
+        if (torch.linalg.det(R) <= 0).any():
+            raise ValueError(
+                f"{name} is a reflection or flat (determinant not positive): no rotation is near"
+            )
+        miss = float(poses.rotation_miss(R).detach().max())
+        if miss >= bound:
+            raise ValueError(
+                f"{name} misses orthonormality by {miss:.1e}; less than {bound:g} is needed, "
+                "or a larger largest_miss"
+            )
+    return poses.polar_rotation(R)
 
 
 def from_rpy(angles: TensorLike, translation: TensorLike = (0.0, 0.0, 0.0)) -> Float64[Tensor, "*batch 4 4"]:

@@ -61,7 +61,7 @@ def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
         If the elements are not real numbers (booleans and complex numbers are none), the array is masked, or
         the tensor is sparse.
     """
-    tensor = _as_float64(value, name)
+    tensor = as_float64(value, name)
     if are_readable(tensor) and not torch.isfinite(tensor).all():
         raise ValueError(f"{name} is not finite: it holds NaN or an infinity")
     return tensor
@@ -77,7 +77,7 @@ def to_extended_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
     TypeError
         As :func:`to_float64`.
     """
-    tensor = _as_float64(value, name)
+    tensor = as_float64(value, name)
     if are_readable(tensor) and tensor.isnan().any():
         raise ValueError(f"{name} holds NaN")
     return tensor
@@ -129,7 +129,8 @@ def require_joints(q: Tensor, joints: int, owner: str) -> Float64[Tensor, "*batc
     return q
 
 
-def _as_float64(value: TensorLike, name: str) -> Tensor:
+def as_float64(value: TensorLike, name: str) -> Tensor:
+    """Raise real numbers to a float64 tensor; NaN and infinities pass."""
     if isinstance(value, Tensor):
         return _tensor_as_float64(value, name)
     if torch.compiler.is_compiling():
@@ -172,7 +173,7 @@ def _holds_tensors(value: Sequence[Any]) -> bool:
 
 def _stacked(value: Sequence[Any], name: str) -> Tensor:
     """Stack a sequence with tensors in it, so that their gradients are passed on."""
-    parts = [_as_float64(part, name) for part in value]
+    parts = [as_float64(part, name) for part in value]
     device = next(part.device for part, given in zip(parts, value, strict=True) if _has_device(given))
     try:
         return torch.stack([part.to(device) for part in parts])
