@@ -36,6 +36,8 @@ def test_chosen_degrees_of_freedom_are_the_vehicle_with_the_others_at_zero():
     # The joints that are left out are those that `lock` fixes at zero.
     locked = free.lock(["θx", "θy"])
     assert_close(locked.screws, chosen.screws, rtol=0, atol=1e-15)
+    assert free.lock(["rx", "pitch"]).joint_names == locked.joint_names
+    assert chosen.lock({"θz": 0.5}).joints == 9
 
 
 @pytest.mark.parametrize(

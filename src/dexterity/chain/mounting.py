@@ -21,7 +21,7 @@ from torch import Tensor
 
 from dexterity import checks
 
-__all__ = ["AXES", "VEHICLE_JOINTS", "Mount", "vehicle_joints"]
+__all__ = ["AXES", "VEHICLE_JOINTS", "Mount", "freedom", "vehicle_joints"]
 
 VEHICLE_JOINTS = ("x", "y", "z", "θx", "θy", "θz")
 """Degrees of freedom of a free vehicle."""
@@ -52,6 +52,11 @@ class Mount:
     names: tuple[str, ...]
     screws: Tensor
     order: tuple[int, ...]
+
+
+def freedom(name: str) -> str | None:
+    """Degree of freedom that a name stands for, one of :data:`VEHICLE_JOINTS`, or None."""
+    return name if name in VEHICLE_JOINTS else _ALIASES.get(name)
 
 
 def vehicle_joints(joints: Sequence[str], axes: str, prefix: str = "") -> Mount:

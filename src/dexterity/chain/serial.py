@@ -280,7 +280,8 @@ class Chain(Kinematics):
             ``"world"``: the vehicle moves along the world's x, y, z, then turns about its x, then its y, then
             its z axis. ``"body"``: it turns first, and moves along its own axes after that; x, y, z are then
             distances along the axes of the turned vehicle. Rates along its own axes are exact where x, y and
-            z are 0; a vehicle that stands elsewhere is placed there by :meth:`with_base`.
+            z are 0; a vehicle that stands elsewhere is placed there by :meth:`with_base`. Joints ``x`` and
+            ``yaw`` along its own axes are a base on wheels, see also :meth:`on_wheels`.
         rates
             (k,) largest vehicle rates in the order of `joints`, [m/s] and [rad/s]; 1 by default.
         lower, upper
@@ -529,7 +530,8 @@ class Chain(Kinematics):
         Parameters
         ----------
         joints
-            Values [rad] or [m] by the names of the joints, or names alone for the value 0.
+            Values [rad] or [m] by the names of the joints, or names alone for the value 0. Degrees of freedom
+            of a vehicle answer to all names that :meth:`on_vehicle` knows, such as ``rx`` for ``θx``.
         name
             Name of the new chain; the present one by default.
 
@@ -571,12 +573,20 @@ class Chain(Kinematics):
             inertias=inertias,
         )
 
+    def _number_of(self, joint: str) -> int:
+        """Place of a joint by its name, or by another name of the same degree of freedom of a vehicle."""
+        if joint not in self.joint_names:
+            others = [mounting.freedom(name) for name in self.joint_names]
+            if mounting.freedom(joint) is not None and others.count(mounting.freedom(joint)) == 1:
+                return others.index(mounting.freedom(joint))
+        return self.joint_names.index(checks.choice(joint, "joints", self.joint_names))
+
     def _locked_values(self, joints: Mapping[str, float] | Iterable[str]) -> dict[int, float]:
         if not isinstance(joints, Mapping):
             joints = dict.fromkeys(checks.names(joints, "joints"), 0.0)
         values = {}
         for joint, value in joints.items():
-            i = self.joint_names.index(checks.choice(joint, "joints", self.joint_names))
+            i = self._number_of(joint)
             values[i] = checks.real(value, f"joints[{joint!r}]")
             low, high = float(self._lower[i]), float(self._upper[i])
             if not low - LIMIT <= values[i] <= high + LIMIT:

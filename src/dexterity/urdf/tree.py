@@ -169,10 +169,14 @@ def _check_type(each: Joint, values: Values) -> None:
     if each.type not in (*_MOVING, "fixed"):
         known = "is not read" if each.type in _NOT_READ else "is unknown"
         raise values.refuse(
-            where, f"has type {each.type!r}, which {known}: fixed, revolute, continuous and prismatic are"
+            where,
+            f"has type {each.type!r}, which {known}: fixed, revolute, continuous and prismatic are; "
+            f"base={each.child!r} begins behind it",
         )
     mimic = each.element.find("mimic")
     if mimic is not None and each.type != "fixed":
         raise values.refuse(
-            where, f"mimics joint {mimic.get('joint')!r}: joints that are coupled are not read"
+            where,
+            f"mimics joint {mimic.get('joint')!r}: joints that are coupled are not read; "
+            f"tip={each.parent!r} ends before it",
         )
