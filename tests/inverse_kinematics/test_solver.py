@@ -1,6 +1,8 @@
 """Solutions of any chain: reach, limits, rows, redundancy, seeds, and other libraries."""
 
 import math
+import subprocess
+import sys
 import sysconfig
 from pathlib import Path
 
@@ -285,6 +287,28 @@ def test_solutions_serve_after_inference_mode():
     q, valid = dx.inverse_kinematics.spherical_wrist(arm, T)
     (slope,) = torch.autograd.grad(q[valid].sum(), T)
     assert slope.isfinite().all()
+
+
+DEFAULT_DEVICE = """
+import torch, dexterity as dx
+arms = dx.robots.load("ur5e"), dx.robots.puma560(), dx.robots.load("panda")
+torch.set_default_device("meta")
+with torch.device("cpu"):
+    T = [arm.forward(torch.full((3, arm.joints), 0.5)) for arm in arms]
+for arm, poses in zip(arms, T):
+    found = dx.inverse_kinematics.solve(arm, poses, enough=1)
+    assert found.q.device.type == "cpu" and found.reached.all(), found
+    q, within = dx.inverse_kinematics.nearest_copy(arm, found.q[:, 0])
+    assert q.device.type == "cpu" and within.all()
+"""
+
+
+def test_results_are_where_the_poses_are_whatever_the_default_device():
+    """pytorch_kinematics#39: constants on another device. The device without values stands for it."""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", DEFAULT_DEVICE], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_it_says_what_it_is():

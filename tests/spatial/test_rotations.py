@@ -220,7 +220,7 @@ def test_finite_values_never_become_nan():
     huge[:3, 3] = 1e308
     for call, name in [
         (lambda: spatial.exp([1e154] * 6), "twist"),
-        (lambda: spatial.compose(huge, huge), "poses"),
+        (lambda: spatial.compose(huge, huge), "T"),
         (lambda: spatial.adjoint(dx.spatial.pose(spatial.from_rpy([0, 0, 0.8])[:3, :3], [1.7e308] * 3)), "T"),
     ]:
         with pytest.raises(ValueError, match=f"^{name} is so large that the result overflows"):

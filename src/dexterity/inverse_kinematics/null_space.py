@@ -153,7 +153,10 @@ def null_space_step(
     gain = checks.real(gain, "gain", above=0)
     if (q < chain.lower.to(q.device) - ROUNDING).any() or (q > chain.upper.to(q.device) + ROUNDING).any():
         raise ValueError("q is beyond the limits of the chain; a step starts within them")
-    gradient = slope(objective, q) if callable(objective) else spatial.to_float64(objective, "objective")
+    if callable(objective):
+        gradient = slope(checks.function(objective, "objective"), q)
+    else:
+        gradient = spatial.to_float64(objective, "objective")
     if gradient.shape != q.shape:
         raise ValueError(
             f"objective has a gradient of shape {tuple(gradient.shape)}; {tuple(q.shape)} is needed"

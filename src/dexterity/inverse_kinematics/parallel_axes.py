@@ -105,7 +105,7 @@ def parallel_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
 def parallel_geometry(arm: Chain, device: torch.device) -> tuple[ParallelGeometry, bool]:
     """Geometry of an arm, or of the arm seen from its tool, and which of both."""
     # Cached tensors must serve callers that differentiate, whatever the mode of the first one.
-    with torch.inference_mode(False):
+    with torch.inference_mode(False), device:
         try:
             return ParallelGeometry.of(arm, device), False
         except ValueError:

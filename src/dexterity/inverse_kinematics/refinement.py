@@ -74,7 +74,8 @@ def polished(
 
 @functools.lru_cache(maxsize=8)
 def _without_limits(arm: Chain) -> Chain:
-    return Chain(arm.screws, arm.home, name=arm.name)
+    with torch.device("cpu"):
+        return Chain(arm.screws, arm.home, name=arm.name)
 
 
 def pose_miss(arm: Chain, q: Tensor, T: Tensor, size: float) -> Tensor:

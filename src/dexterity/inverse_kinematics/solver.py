@@ -93,9 +93,10 @@ def solve(
 
     Returns
     -------
-    The solutions at each pose, the best first, and how they were found. A closed form finds all of them; a
-    search finds those to which its seeds descend, one for all that differ by full turns, and of a redundant
-    chain representatives that differ by 0.5 rad or m in a joint.
+    The solutions at each pose, the best first, on the device of the poses, and how they were
+    found. A closed form finds all of them; a search finds those to which its seeds descend, one for all
+    that differ by full turns, and of a redundant chain representatives that differ by 0.5 rad or m in a
+    joint.
 
     Raises
     ------
@@ -121,12 +122,14 @@ def solve(
         return _ordered(chain, q, residual, form, None, start, value, limit_tolerance, tolerance)
     poses = T.reshape(-1, 4, 4).cpu()
     first = None if start is None else start.reshape(-1, chain.joints).cpu()
-    free = _with_locked_joints(chain, start)
-    ends = search(
-        free, poses, chosen,
-        count=seeds, near=first, enough=enough, tolerance=tolerance, seed=checks.seed(seed),
-    )  # fmt: skip
-    q, residual = _different(free, poses, chosen, ends, first, value, tolerance)
+    # Searches run on the processor, whatever torch's default device is.
+    with torch.device("cpu"):
+        free = _with_locked_joints(chain, start)
+        ends = search(
+            free, poses, chosen,
+            count=seeds, near=first, enough=enough, tolerance=tolerance, seed=checks.seed(seed),
+        )  # fmt: skip
+        q, residual = _different(free, poses, chosen, ends, first, value, tolerance)
     q = q.reshape(*T.shape[:-2], *q.shape[1:]).to(T.device)
     residual = residual.reshape(*T.shape[:-2], *residual.shape[1:]).to(T.device)
     counts = _ended(free, ends, tolerance, T)

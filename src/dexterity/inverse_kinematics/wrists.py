@@ -124,14 +124,14 @@ def wrist_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
 def geometry_of(arm: Chain, device: torch.device) -> Geometry:
     """Geometry of an arm with a spherical wrist, on a device."""
     # Cached tensors must serve callers that differentiate, whatever the mode of the first one.
-    with torch.inference_mode(False):
+    with torch.inference_mode(False), device:
         return Geometry.of(arm, device)
 
 
 @functools.lru_cache(maxsize=8)
 def reversed_arm(arm: Chain) -> Chain:
     """Return the arm from its tool to its base: it is at T⁻¹ at the joint values in reverse order."""
-    with torch.inference_mode(False):
+    with torch.inference_mode(False), torch.device("cpu"):
         to_tool = spatial.inverse_adjoint(arm.home)
         return Chain(-(arm.screws @ to_tool.mT).flip(0), spatial.inverse(arm.home), name=arm.name)
 

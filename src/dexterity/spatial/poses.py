@@ -316,7 +316,7 @@ def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     _common_batch("poses", *(T.shape[:-2] for T in checked))
     # A product of one pose is a copy: what is returned never changes with the caller's array.
     product = reduce(torch.matmul, checked) if len(checked) > 1 else checked[0].clone()
-    return require_finite_result(product, "poses")
+    return require_finite_result(product, "T")
 
 
 def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
