@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
 import sysconfig
@@ -17,6 +16,7 @@ from packaging.utils import canonicalize_name
 
 import dexterity as dx
 from dexterity import store
+from markdown_blocks import RUNNER, blocks, difference
 
 # Python runs this without site-packages, .pth files and so the editable install of the source tree. The
 # site-packages of this environment are borrowed, less what no declared dependency installs.
@@ -222,13 +222,31 @@ def test_every_module_imports_with_the_declared_dependencies(isolated, installed
     assert {f"dexterity.{name}" for name in dx.__all__} - {"dexterity.Chain", "dexterity.Index"} <= modules
 
 
-def test_the_quickstart_of_the_readme_runs(isolated):
+def test_each_block_of_the_readme_stands_on_its_own_and_prints_what_it_says(isolated):
+    story = [block for block in blocks(store.repository() / "README.md") if block.language == "python"]
+    assert len(story) == 5
+    results = json.loads(isolated.output(RUNNER, SECTIONS=[[block.code] for block in story]))
+    for block, (printed,) in zip(story, results, strict=True):
+        assert "import dexterity as dx" in block.code
+        assert not (text := difference(block, printed)), text
+
+
+def test_the_readme_begins_with_the_install_line():
     text = (store.repository() / "README.md").read_text("utf-8")
-    (quickstart,) = re.findall(r"^## Quickstart.*?(?=^## )", text, flags=re.MULTILINE | re.DOTALL)
-    blocks = re.findall(r"^```python\n(.*?)^```", quickstart, flags=re.MULTILINE | re.DOTALL)
-    assert len(blocks) >= 5
-    assert isolated.output("\n".join(blocks))
-    assert (isolated.folder / "w.npz").exists()
+    assert text.startswith("# dexterity\n\n```bash\npip install ")
+
+
+def test_the_command_says_what_it_misses(wheel, isolated):
+    scripts = (
+        zipfile.ZipFile(wheel).read(f"dexterity_study-{dx.__version__}.dist-info/entry_points.txt").decode()
+    )
+    assert "dexterity = dexterity.command:main" in scripts
+    done = isolated.run("import sys; from dexterity.command import main; sys.exit(main(['robots']))")
+    assert done.returncode == 3
+    assert done.stderr == (
+        "dexterity: the command needs rich, which is not installed. "
+        "Install it with the extra: pip install 'dexterity-study[command]'\n"
+    )
 
 
 def test_a_missing_extra_is_named(isolated):
