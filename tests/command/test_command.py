@@ -1,5 +1,6 @@
 """The command from its words to its answer, in this process; two runs of its own process."""
 
+import dataclasses
 import json
 import os
 import subprocess
@@ -216,6 +217,37 @@ def test_control_c_keeps_the_poses_that_are_finished_and_continue_goes_on(capsys
     assert dx.reach.ReachMap.load(tmp_path / "map.npz").finished
 
 
+SEAM = ["--seam", "-0.25,0,0,0.25,0,0", "--x", "-0.4:0.4:3", "--y", "-0.5", "--yaw", "0:pi/2:2"]
+
+
+def test_a_base_is_placed_along_a_seam(capsys):
+    report = json.loads(ask(capsys, "place", "ur5e", *SEAM, "--json"))
+    down = dx.spatial.from_rpy([np.pi, 0, 0])[:3, :3]
+    seam = dx.reach.seam([-0.25, 0, 0], [0.25, 0, 0], 5, down)
+    bases = dx.reach.planar_bases([-0.4, 0, 0.4], [-0.5], [0, np.pi / 2])
+    placed = dx.reach.place(dx.robots.load("ur5e"), seam, bases, "kci")
+    assert report["bases looked at"] == "6 of 6"
+    assert [row["worst"] for row in report["rows"]] == [row["worst"] for row in placed.table(10)]
+    assert report["rows"][0]["worst"] >= 0.14
+
+
+def test_no_base_that_reaches_all_poses_is_a_negative_answer(capsys):
+    report = json.loads(ask(capsys, "place", "ur5e", "--pose", "9,0,0", "--x", "0:1:2", "--json", code=1))
+    assert report["bases that reach all poses"] == 0
+
+
+def test_control_c_lists_the_bases_that_were_looked_at(capsys, monkeypatch):
+    place = dx.reach.place
+
+    def interrupted(*arguments: object, **options: object) -> object:
+        found = place(*arguments, **options)
+        return dataclasses.replace(found, examined=torch.arange(len(found.bases)) < 4)
+
+    monkeypatch.setattr(dx.reach, "place", interrupted)
+    report = json.loads(ask(capsys, "place", "ur5e", *SEAM, "--json", code=130))
+    assert report["bases looked at"] == "4 of 6"
+
+
 def test_networks_are_listed(capsys):
     rows = json.loads(ask(capsys, "validate", "--json"))["rows"]
     assert tuple(row["network"] for row in rows) == dx.networks.shipped()
@@ -354,6 +386,10 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["rank", "puma560", "juggling", "--q", "0,0,0,0,0,0"], "welding"),
         (["rank", "puma560", "juggling", "--q", "0,0,0,0,0,0", "--frame", "body"], "juggling"),
         (["rank", "puma560", "welding", "--best", "0", "--q", "0,0,0,0,0,0"], "--best"),
+        (["place", "ur5e"], "there is no pose"),
+        (["place", "ur5e", "--seam", "0,0,0"], "--seam holds 3 numbers"),
+        (["place", "ur5e", "--pose", "0.4,0,0.3", "--x", "0:1"], "--x is '0:1'"),
+        (["place", "ur5e", "--pose", "0.4,0,0.3", "--by", "luck"], "luck"),
         (["validate", "pyproject.toml"], "no such file or network"),
         (["evalute"], "Did you mean 'evaluate'"),
         (["evaluate"], "Missing argument"),

@@ -326,6 +326,54 @@ def reach_map(
 
 @application.command(
     epilog=_examples(
+        "place ur5e --seam=-0.25,0,0,0.25,0,0 --x=-0.4:0.4:5 --y=-0.7:-0.35:3 --yaw 0:pi/2:2",
+        "place panda --poses valves.csv --x=-1:0:11 --y 0 --index w --by mean --csv",
+    )
+)
+@grouped
+def place(
+    *,
+    robot: RobotOptions,
+    poses: Poses,
+    seam: Annotated[
+        str | None, typer.Option("--seam", help="Straight seam: x,y,z of its start and of its end (m).")
+    ] = None,
+    count: Annotated[int, typer.Option("--count", min=2, help="Poses along the seam.")] = 5,
+    tool: Annotated[
+        str, typer.Option("--tool", help="Roll,pitch,yaw of the tool on the seam; downwards by default.")
+    ] = "pi,0,0",
+    x: Annotated[str, typer.Option("--x", help="x of the bases (m): a number, or first:last:count.")] = "0",
+    y: Annotated[str, typer.Option("--y", help="y of the bases (m).")] = "0",
+    yaw: Annotated[str, typer.Option("--yaw", help="Yaw of the bases (rad).")] = "0",
+    height: Annotated[float, typer.Option("--height", help="Height of the bases (m).")] = 0.0,
+    index: Annotated[str, typer.Option("--index", help="Index by which bases are valued.")] = "kci",
+    by: Annotated[str, typer.Option("--by", help="worst or mean value over the poses.")] = "worst",
+    refine: Annotated[bool, typer.Option(help="Improve the best base between the candidates.")] = True,
+    best: Annotated[int, typer.Option("--best", min=1, help="How many bases are listed.")] = 10,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
+    form: ReportOptions,
+) -> int:
+    """Compare places for the base by what the robot does from there. Exit code 1 if none reaches all poses.
+
+    Ctrl-C ends the comparison; the bases that were looked at are listed, with exit code 130.
+    """
+    from dexterity.command import reaching
+    from dexterity.command.progress import Bar
+
+    chain = robot.chain()
+    wanted = poses.read() if seam is None else reaching.seam(seam, count, tool)
+    with Bar("bases") as bar:
+        report, found = reaching.placements(
+            chain, wanted, x, y, yaw, height, best, index=index, by=by, refine=refine, seed=seed, progress=bar
+        )
+    form.give(report)
+    if not bool(found.examined.all()):
+        return INTERRUPTED
+    return 0 if bool((found.reached == len(wanted)).any()) else NEGATIVE
+
+
+@application.command(
+    epilog=_examples(
         "validate", "validate my_network.npz --goal 0.01", "validate my_network.npz --points 200000 --json"
     )
 )

@@ -1,4 +1,4 @@
-"""``dexterity ik`` and ``map``: all configurations at tool poses, and what an arm reaches.
+"""``dexterity ik``, ``map`` and ``place``: configurations at poses, what an arm reaches, and where to put it.
 
 Examples
 --------
@@ -21,10 +21,11 @@ from torch import Tensor
 import dexterity as dx
 from dexterity.chain import Chain
 from dexterity.command.reports import Cell, Report, say
-from dexterity.command.typed import numbers
+from dexterity.command.typed import numbers, values_of_range
+from dexterity.reach.placements import Placements
 from dexterity.spatial import TensorLike
 
-__all__ = ["inverse_kinematics", "positions", "reach_map"]
+__all__ = ["inverse_kinematics", "placements", "positions", "reach_map", "seam"]
 
 
 def inverse_kinematics(
@@ -123,3 +124,65 @@ def reach_map(
     say(f"{to} written" if found.finished else f"{to} written, as far as it goes; --continue goes on")
     entries = found.summary()
     return Report({"entry": list(entries), "value": list(entries.values())}), found.finished
+
+
+def seam(ends: str, count: int, tool: str) -> Tensor:
+    """Return tool poses along a straight seam: (count, 4, 4).
+
+    Parameters
+    ----------
+    ends
+        x, y, z of its start and of its end [m].
+    count
+        Number of poses.
+    tool
+        Roll, pitch, yaw [rad] of the tool.
+
+    Raises
+    ------
+    ValueError
+        If the ends are not six numbers, the tool's angles are not three, or there are fewer than two poses.
+    """
+    values = numbers(ends, "--seam", 6)
+    rotation = dx.spatial.from_rpy(numbers(tool, "--tool", 3))[:3, :3]
+    return dx.reach.seam(values[:3], values[3:], count, rotation)
+
+
+def placements(
+    chain: Chain, poses: Tensor, x: str, y: str, yaw: str, height: float, best: int, **options: Any
+) -> tuple[Report, Placements]:
+    """Compare bases on a floor, by what the robot does from there at all poses.
+
+    Parameters
+    ----------
+    chain, poses
+        Robot and poses of its tool in the world.
+    x, y, yaw
+        A number each, or a range such as ``-0.4:0.4:5``.
+    height
+        Of the base above the world's origin [m].
+    best
+        How many bases are listed.
+    options
+        As for :func:`dexterity.reach.place`.
+
+    Raises
+    ------
+    ValueError
+        If a range or an option is none.
+    """
+    bases = dx.reach.planar_bases(
+        values_of_range(x, "--x"), values_of_range(y, "--y"), values_of_range(yaw, "--yaw"), height
+    )
+    found = dx.reach.place(chain, poses, bases, **options)
+    rows = found.table(best)
+    columns: dict[str, list[Cell]] = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+    facts: dict[str, Cell] = {
+        "robot": chain.name,
+        "index": found.index,
+        "by": found.by,
+        "poses": len(poses),
+        "bases looked at": f"{int(found.examined.sum())} of {len(found.bases)}",
+        "bases that reach all poses": int((found.reached == len(poses)).sum()),
+    }
+    return Report(columns, facts), found
