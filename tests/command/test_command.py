@@ -317,6 +317,12 @@ def test_an_index_is_exported_as_the_library_writes_it(capsys, tmp_path):
     assert (tmp_path / "puma_w.js").read_text() == dx.codegen.javascript_module(derivation)
 
 
+def test_kinematics_are_exported(capsys, tmp_path):
+    ask(capsys, "export", "puma560", "kinematics", "--name", "puma", "--to", tmp_path)
+    for name, content in dx.codegen.c_files(dx.robots.puma560(), "puma").items():
+        assert (tmp_path / name).read_text() == content
+
+
 def test_a_network_is_exported(capsys, tmp_path):
     name = "uvms-manipulability-feed-forward"
     files = json.loads(ask(capsys, "export", name, "--to", tmp_path, "--json"))["rows"]

@@ -1,4 +1,12 @@
-"""Code generated from derivations: C99, JavaScript and torch."""
+"""Code to take on board, generated from derivations: C99 with a header, JavaScript and torch.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> derivation = dx.symbolic.derive(dx.robots.puma560(), dx.Index("manipulability"))
+>>> sorted(dx.codegen.c_files(derivation, name="puma_w"))
+['puma_w.c', 'puma_w.h']
+"""
 
 from typing import TYPE_CHECKING
 

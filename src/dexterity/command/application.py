@@ -458,6 +458,7 @@ def design(
 @application.command(
     epilog=_examples(
         "export panda kci --to onboard --name panda_kci",
+        "export panda kinematics --to onboard --name panda",
         "export arm.urdf w --tip flange --rows translational --single --to onboard",
         "export my_network.npz --form onnx --to onboard",
     )
@@ -469,7 +470,8 @@ def export(
         str, typer.Argument(help="Robot of an index; or a network: a file, or its name.", show_default=False)
     ],
     index: Annotated[
-        str | None, typer.Argument(help="Index of the robot; without one, a network is exported.")
+        str | None,
+        typer.Argument(help="Index, or kinematics, of the robot; without it, a network."),
     ] = None,
     to: Annotated[Path, typer.Option("--to", help="Folder of the files.")],
     form: Annotated[Language, typer.Option("--form", help="Language of the files.")] = Language.C,
@@ -491,5 +493,8 @@ def export(
         files = exporting.network_files(judging.load(source), form, name, single)
     else:
         chain = RobotOptions(source, base, tip).chain()
-        files = exporting.index_files(chain, meaning.index(index, chain.joints), form, name, single)
+        if index == "kinematics":
+            files = exporting.kinematics_files(chain, form, name, single)
+        else:
+            files = exporting.index_files(chain, meaning.index(index, chain.joints), form, name, single)
     report.give(exporting.write(files, to))

@@ -25,7 +25,20 @@ from dexterity.indices import Index
 from dexterity.networks import Network
 from dexterity.networks import export as network_export
 
-__all__ = ["index_files", "network_files", "write"]
+__all__ = ["index_files", "kinematics_files", "network_files", "write"]
+
+
+def kinematics_files(chain: Chain, form: Language, name: str | None, single: bool) -> dict[str, str | bytes]:
+    """Return pose, Jacobians and joint rates of a robot as C with a header, by file names.
+
+    Raises
+    ------
+    ValueError
+        If the form is another one, or the name cannot be used in C.
+    """
+    if form is not Language.C:
+        raise ValueError(f"--form is {form.value}; kinematics are written as c")
+    return {**codegen.c_files(chain, name, "float" if single else "double")}
 
 
 def index_files(
