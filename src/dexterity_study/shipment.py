@@ -20,13 +20,15 @@ from dexterity.networks import card, files
 from dexterity.networks.export import compile_network
 from dexterity.networks.growth import RadialBasisOptions, grow
 from dexterity.networks.judgement import describe as describe_network
+from dexterity.networks.ladder import Effort
+from dexterity.networks.learning import for_index
 from dexterity.networks.network import Network, View
 from dexterity.networks.problem import DesignProblem
 from dexterity.networks.recipes import Recipe, prepare
 from dexterity.networks.threads import one_thread
 from dexterity.networks.validation import Function
 from dexterity.networks.worst_case import Search, worst_case
-from dexterity.sampling import Space
+from dexterity.sampling import Box, Space
 from dexterity.timing import Machine, Way
 
 JUDGED = 200_000
@@ -81,7 +83,57 @@ class RadialBasisPlan:
     spreads: tuple[float, ...]
 
 
-PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan] = {
+@dataclass(frozen=True)
+class LearnedPlan:
+    """How a network for a robot of the package is made: by :func:`dexterity.networks.for_index`.
+
+    Attributes
+    ----------
+    robot
+        Name of the robot.
+    index
+        The index.
+    middle
+        Configuration [rad] in the middle of the space.
+    half_range
+        How far the joints that the index depends on go to either side [rad].
+    goal
+        Largest error that is wanted, by points and by ascent.
+    seed
+        All draws follow from it.
+    """
+
+    robot: str
+    index: Index
+    middle: tuple[float, ...]
+    half_range: float = 0.35
+    goal: float = 0.005
+    seed: int = 0
+
+
+_KCI = Index("kinematic_conditioning", "geometric")
+_WEAKEST = Index("smallest_singular_value", "geometric")
+_SPEED = Index("guaranteed_speed", "geometric", rows="translational")
+
+_READY = {
+    "panda": (0.0, -0.7854, 0.0, -2.3562, 0.0, 1.5708, 0.7854),
+    "ur5e": (0.0, -1.2, 1.5, -1.87, -1.5708, 0.0),
+    "puma560": (0.0, 0.6, -0.9, 0.0, 0.8, 0.0),
+    "docking_arm": (0.0, 0.6, -1.1, 0.0, 0.8, 0.0),
+}
+"""Postures in which the arms work, away from their singularities."""
+
+
+def _learned() -> Mapping[str, LearnedPlan]:
+    indices = {"kinematic-conditioning": _KCI}
+    return {
+        f"{robot.replace('_', '-')}-{title}": LearnedPlan(robot, index, middle)
+        for robot, middle in _READY.items()
+        for title, index in indices.items()
+    }
+
+
+PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan | LearnedPlan] = {
     "uvms-manipulability-feed-forward": FeedForwardPlan(
         "manipulability", 0, Recipe(8, rows=8192, overhang=0.3, epochs=300), restarts=48
     ),
@@ -94,6 +146,7 @@ PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan] = {
     "uvms-kinematic-conditioning-radial-basis": RadialBasisPlan(
         "kinematic_conditioning", 6, 300, 8192, 0.4, (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
     ),
+    **_learned(),
 }
 """What is shipped, by name."""
 
@@ -109,15 +162,49 @@ def ship(name: str, folder: Path) -> Network:
     if name not in PLANS:
         raise ValueError(f"name is {name!r}; {list(PLANS)} are planned")
     plan = PLANS[name]
+    if isinstance(plan, LearnedPlan):
+        return _ship_learned(name, plan, folder)
     index, space = _index(plan), sampling.uvms_space(plan.index)
     with one_thread():
         network = _chosen(_candidates(plan, index, space), index, space)
     return describe(name, network, folder)
 
 
+def _ship_learned(name: str, plan: LearnedPlan, folder: Path) -> Network:
+    chain = robots.load(plan.robot)
+    relevant = sampling.relevant_joints(chain, plan.index)
+    space = Box.around(chain, plan.middle, plan.half_range, relevant)
+    learned = for_index(
+        chain,
+        plan.index,
+        space,
+        plan.goal,
+        name=name,
+        effort=Effort(seed=plan.seed),
+        points=JUDGED,
+        progress=True,
+    )
+    network = learned.network
+    network.card = network.card.with_entries(**_ends(name))
+    files.save(network, folder / f"{name}.npz")
+    return network
+
+
+def _ends(name: str) -> dict[str, str]:
+    return {"retrain": f"python -m dexterity_study.shipment {name}", "licence": "MIT"}
+
+
 def describe(name: str, network: Network, folder: Path) -> Network:
-    """Judge a network that a plan has made, and write it with a new card to a folder."""
+    """Judge a network that a plan has made, and write it with a new card to a folder.
+
+    Raises
+    ------
+    ValueError
+        If the plan learns and judges in one step.
+    """
     plan = PLANS[name]
+    if isinstance(plan, LearnedPlan):
+        raise ValueError(f"{name} is judged where it is learned: make it again")
     index, space = _index(plan), sampling.uvms_space(plan.index)
     judged = describe_network(network, index, space, _about(name), seed=_JUDGED_BY, count=JUDGED)
     exact = {"exact, before a root or an iteration": _exact_operations(index.index)}
@@ -182,8 +269,7 @@ def _about(name: str) -> dict[str, Any]:
         "index": index | {"limits": "all joint and tool rates 1"},
         "training": card.plain(plan) | {"candidate_seeds": "0, 1, …", "rows_seed": 0},
         "chosen": f"least worst case by ascent, search seed {_CHOSEN_BY}",
-        "retrain": f"python -m dexterity_study.shipment {name}",
-        "licence": "MIT",
+        **_ends(name),
     }
 
 

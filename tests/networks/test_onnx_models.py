@@ -82,7 +82,7 @@ def test_matrices_of_whole_and_tiny_numbers(eigenvalue, u):
     (found,) = eigenvalue.run(None, {"u": np.array([u])})
     a, b, c, d, e, f = u
     exact = np.linalg.eigvalsh([[a, d, e], [d, b, f], [e, f, c]])[0]
-    np.testing.assert_allclose(found[0, 0], exact, rtol=0, atol=1e-14 * max(1e-130, *map(abs, u)))
+    np.testing.assert_allclose(found[0, 0], exact, rtol=0, atol=1e-14 * max(1e-140, *map(abs, u)))
 
 
 def test_a_triple_costs_no_loop(rng):

@@ -27,8 +27,8 @@ from dexterity.codegen.angles import needs_values, with_angles_apart
 from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
 from dexterity.codegen.printing import number
 from dexterity.networks.folding import (
+    EIGENVALUE,
     EXPONENTIAL,
-    SWEEPS,
     Array,
     Bells,
     Sigmoids,
@@ -115,7 +115,7 @@ def _answer(file: CFile, network: Sigmoids | Bells) -> str:
             "radial_basis.c.in",
             neurons=len(network.output),
             scale=table(network.scale * root),
-            centres=table(network.centres * root),
+            centres=table((network.centres * root).T),
             output=table(network.output),
             output_bias=number(network.output_bias),
         )
@@ -128,7 +128,7 @@ def _answer(file: CFile, network: Sigmoids | Bells) -> str:
         "feed_forward.c.in",
         neurons=len(network.hidden),
         outputs=len(output),
-        hidden=table(network.hidden * (2 / math.log(2))),
+        hidden=table((network.hidden * (2 / math.log(2))).T),
         hidden_biases=table(network.hidden_biases * (2 / math.log(2))),
         output=table(output),
         output_biases=table(biases),
@@ -146,12 +146,7 @@ def _answer(file: CFile, network: Sigmoids | Bells) -> str:
 
 def smallest_eigenvalue(file: CFile) -> str:
     """Return the C function for the smallest eigenvalues of symmetric 3×3 matrices."""
-    return file.fill(
-        "smallest_eigenvalue.c.in",
-        sweeps=SWEEPS,
-        rounding=1e-17 if file.precision == "double" else 1e-8,
-        nothing=1e-300 if file.precision == "double" else 1e-30,
-    )
+    return file.fill("smallest_eigenvalue.c.in", **EIGENVALUE)
 
 
 def _origin(file: CFile, view: View) -> str:

@@ -30,7 +30,7 @@ from dexterity.codegen.library import RowFunction, compiled_library
 from dexterity.codegen.printing import template
 from dexterity.networks import c_code, card_text
 from dexterity.networks.folding import (
-    SWEEPS,
+    EIGENVALUE,
     Bells,
     Sigmoids,
     folded,
@@ -176,9 +176,7 @@ def _answer_in_javascript(network: Sigmoids | Bells, see: str) -> str:
         hidden_biases=literal(network.hidden_biases.tolist()),
         output=literal(network.output.tolist()),
         output_biases=literal(network.output_biases.tolist()),
-        eigenvalue=template("smallest_eigenvalue.js.in").substitute(sweeps=SWEEPS)
-        if network.readout == "triple"
-        else "",
+        eigenvalue=_SMALLEST_EIGENVALUE.substitute(EIGENVALUE) if network.readout == "triple" else "",
         value={
             "identity": "u[0]",
             "reciprocal": "1 / u[0]",

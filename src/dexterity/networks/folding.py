@@ -11,6 +11,8 @@ Examples
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -26,7 +28,7 @@ from dexterity.networks.network import Network, View
 from dexterity.networks.radial_basis import BIAS, RadialBasis
 from dexterity.program import Program, Recorder
 
-__all__ = ["EXPONENTIAL", "SWEEPS", "Bells", "Folded", "Sigmoids", "folded", "origin_program", "screws"]
+__all__ = ["EIGENVALUE", "EXPONENTIAL", "Bells", "Folded", "Sigmoids", "folded", "origin_program", "screws"]
 
 Array: TypeAlias = NDArray[np.float64]
 """Numbers of a network."""
@@ -77,8 +79,13 @@ class Bells:
 EXPONENTIAL: tuple[Readout, ...] = ("logarithm", "cone", "triple")
 """Readouts that end with an exponential."""
 
-SWEEPS = 6
-"""Rounds of Jacobi's rotations for a 3×3 matrix at most; they converge quadratically."""
+EIGENVALUE: Mapping[str, float] = {
+    "third": 1 / 3,
+    "sixth": 1 / 6,
+    "root3": math.sqrt(3),
+    "bend": math.sqrt(3) - 5 / 3,
+}
+"""Constants of the code for the smallest eigenvalue; Newton's steps begin at √3 + r (1/3 − bend r)."""
 
 Folded: TypeAlias = Sigmoids | Bells
 """A network without any scaling of its own."""

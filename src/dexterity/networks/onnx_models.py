@@ -204,8 +204,9 @@ def _smallest_eigenvalue(graph: _Graph, columns: list[str]) -> str:
         step = g.mul(g.sum(diagonal), 1 / 3)
         diagonal, mean = [g.sub(column, step) for column in diagonal], g.add(mean, step)
     shifted = [*diagonal, *columns[3:]]
-    size = graph.add("Max", g.sqrt(g.mul(_square_of_norm(g, shifted), 1 / 6)), graph.constant(graph.tiny))
-    small = [graph.add("Div", column, size) for column in shifted]
+    size = g.sqrt(g.mul(_square_of_norm(g, shifted), 1 / 6))
+    divisor = graph.add("Max", size, graph.constant(graph.tiny))
+    small = [g.div(column, divisor) for column in shifted]
     half = g.mul(_determinant(g, small), 0.5)
     is_negative = graph.add("Less", half, graph.constant(0.0))
     sign = graph.add("Where", is_negative, graph.constant(-1.0), graph.constant(1.0))
