@@ -539,8 +539,10 @@ def sobol(space: Space, count: int, seed: int, overhang: float = 0.0) -> Float64
     Owen (1998), Scrambling Sobol' and Niederreiter–Xing points.
     """
     count = _require_draw(space, count)
-    seed = checks.whole(seed, "seed", least=-(2**63), most=2**64 - 1)
-    overhang = checks.real(overhang, "overhang", least=0)
+    return _sobol(space, count, checks.whole(seed, "seed"), checks.real(overhang, "overhang", least=0))
+
+
+def _sobol(space: Space, count: int, seed: int, overhang: float = 0.0) -> Tensor:
     engine = torch.quasirandom.SobolEngine(space.dimensions, scramble=True, seed=seed)
     u = engine.draw(count, dtype=torch.float64)
     return space.from_unit((u + overhang * (u - 0.5)).clamp(0, 1))
@@ -672,7 +674,8 @@ def data_sets(
         test_q, taken = _from_grid(space, test, first)
         train_q, _ = _from_grid(space, train, second, taken)
     elif method == "sobol":
-        test_q, train_q = sobol(space, test, seeds[0]), sobol(space, train, seeds[1])
+        _require_draw(space, test)
+        test_q, train_q = _sobol(space, test, seeds[0]), _sobol(space, train, seeds[1])
     else:
         test_q, train_q = uniform(space, test, first), uniform(space, train, second)
     validation_q = uniform(space, validation, third)

@@ -8,6 +8,7 @@ import torch
 from mpmath import mp
 
 from dexterity import networks, sampling
+from dexterity.networks import design, growth, problem, pruning
 from dexterity.networks.network import View
 from dexterity.networks.radial_basis import RadialBasis
 from dexterity.networks.rounding import rounding
@@ -90,3 +91,35 @@ def test_shipped_networks_are_more_than_rounding(name):
 def test_what_is_no_row_is_refused(rng):
     with pytest.raises(ValueError, match=r"^q has shape \(\)"):
         rounding(feed_forward(rng, "identity"), [0.0] * JOINTS)
+
+
+# ---- loops that accept networks --------------------------------------------------------------------
+
+
+def small_problem(function):
+    space = sampling.Box([-1.0, -1.0], [1.0, 1.0])
+    data = sampling.data_sets(function, space, train=80, test=40, validation=40, method="sobol")
+    return problem.DesignProblem(View(2, [0, 1]), data)
+
+
+@pytest.mark.parametrize("share", [1e-3, 1e-300])
+def test_design_loops_accept_no_network_whose_answers_are_rounding(monkeypatch, share):
+    """A huge spread makes RBF units that almost cancel; the share decides what is still an answer."""
+    learned = small_problem(lambda q: 2 + q[:, 0].sin())
+    monkeypatch.setattr("dexterity.networks.rounding.SHARE", share)
+    accepts = share == 1e-3
+    options = growth.RadialBasisOptions(neuron_limit=40)
+    grown = growth.grow(learned, 1.0, options)
+    assert grown.success == accepts
+    assert pruning.prune(learned, grown.network).success == accepts
+    few = design.FeedForwardOptions(neuron_limit=3, epoch_limit=30)
+    assert design.design_feed_forward(learned, few, progress=False).success == accepts
+
+
+def test_weights_that_cancel_to_the_last_digit_do_not_pass():
+    """At a spread of 1e5 the weights are 1e9 and more; their sum keeps few digits."""
+    learned = small_problem(lambda q: 2 + (3 * q[:, 0]).sin())
+    for spread in (30.0, 1e3, 1e5):
+        grown = growth.grow(learned, spread, growth.RadialBasisOptions(testing_error=0.05, neuron_limit=40))
+        found = rounding(grown.network, learned.data.test.q)
+        assert not grown.success or found.double <= 1e-3 * 0.05

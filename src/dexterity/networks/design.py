@@ -34,6 +34,7 @@ from dexterity.networks.growth import RadialBasisOptions
 from dexterity.networks.levenberg_marquardt import Damping, Options, Stop, Training
 from dexterity.networks.problem import DesignProblem, End, Sweep, largest_relative_error
 from dexterity.networks.radial_basis_design import RadialBasisDesign, design_radial_basis
+from dexterity.networks.rounding import is_sound
 from dexterity.networks.threads import one_thread
 
 __all__ = [
@@ -56,7 +57,8 @@ class FeedForwardOptions:
     Attributes
     ----------
     testing_error
-        E: a network is accepted when its largest relative error on the test set is at most this.
+        E: a network is accepted when its largest relative error on the test set is at most this, and no more
+        than a thousandth of it can be rounding.
     training_goal
         :math:`E_{mse}`: mean square error at which a training ends, in units of what is trained on: the
         index itself unless the readout says otherwise.
@@ -242,8 +244,8 @@ def design_feed_forward(
         except KeyboardInterrupt:
             if not sizes:
                 raise
-            return _design(sizes, options, End.INTERRUPTED)
-    return _design(sizes, options, End.EXHAUSTED)
+            return _design(sizes, End.INTERRUPTED)
+    return _design(sizes, End.EXHAUSTED)
 
 
 def design_all(
@@ -289,7 +291,7 @@ def design_all(
     results = parallel(joblib.delayed(loops[i].job)(neurons) for i, neurons in jobs)
     for (i, _), sizes in zip(jobs, tqdm(results, total=len(jobs), disable=not progress), strict=True):
         found[i] += sizes
-    return tuple(_design(found[i], options, End.EXHAUSTED) for i, (_, options) in enumerate(runs))
+    return tuple(_design(sizes, End.EXHAUSTED) for sizes in found)
 
 
 # ---- one size --------------------------------------------------------------------------------------
@@ -297,10 +299,11 @@ def design_all(
 
 @dataclass(frozen=True)
 class _Size:
-    """The trials of one size, and the network of the best."""
+    """The trials of one size, the network of the best, and whether it passes the test."""
 
     trials: tuple[Trial, ...]
     network: FeedForward
+    passes: bool
 
     @property
     def best(self) -> Trial:
@@ -326,7 +329,7 @@ class _Loop:
             yield size
             if size.interrupted:
                 raise KeyboardInterrupt
-            if self.options.sweep == "first" and size.best.testing_error <= self.options.testing_error:
+            if self.options.sweep == "first" and size.passes:
                 return
 
     def job(self, neurons: int | None) -> list[_Size]:
@@ -360,7 +363,14 @@ class _Loop:
                 for restart, (training, seed) in enumerate(zip(trainings, seeds, strict=True))
             )
         best = min(range(len(trials)), key=lambda i: trials[i].testing_error)
-        return _Size(trials, trainings[best].network)
+        return _Size(trials, trainings[best].network, self._passes(trials[best], trainings[best].network))
+
+    def _passes(self, trial: Trial, network: FeedForward) -> bool:
+        limit = self.options.testing_error
+        # A limit of zero accepts nothing but what is exact, whose rounding is none.
+        return trial.testing_error <= limit and (
+            limit == 0 or is_sound(network, self.problem.data.test.q, limit)
+        )
 
 
 def _seed(seed: int, neurons: int, restart: int) -> int:
@@ -385,9 +395,9 @@ def _trial(problem: DesignProblem, training: Training, restart: int, seed: int, 
 # ---- the outcome -----------------------------------------------------------------------------------
 
 
-def _design(sizes: Sequence[_Size], options: FeedForwardOptions, otherwise: End) -> Design:
+def _design(sizes: Sequence[_Size], otherwise: End) -> Design:
     """Return the smallest size that passes, else the size with the smallest test error."""
-    passing = [size for size in sizes if size.best.testing_error <= options.testing_error]
+    passing = [size for size in sizes if size.passes]
     best = passing[0] if passing else min(sizes, key=lambda size: size.best.testing_error)
     end = End.PASSED if passing else otherwise
     return Design(best.network, best.best, end, tuple(trial for size in sizes for trial in size.trials))

@@ -32,6 +32,7 @@ from dexterity import checks, spatial
 from dexterity.networks.network import View
 from dexterity.networks.problem import DesignProblem, Sweep
 from dexterity.networks.radial_basis import RadialBasis, bells
+from dexterity.networks.rounding import is_sound
 from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
 
@@ -49,7 +50,8 @@ class RadialBasisOptions:
     Attributes
     ----------
     testing_error
-        E: a network is accepted when its largest relative error on the test set is below it.
+        E: a network is accepted when its largest relative error on the test set is below it, and no more than
+        a thousandth of it can be rounding.
     training_goal
         :math:`E_{mse}`: mean square error at which no more neurons are added for a spread.
     error_threshold
@@ -299,11 +301,7 @@ class _Growing:
             raise ValueError(
                 f"spread is {self.spread}; no bell about a training input differs from a constant then"
             )
-        weights = self._weights()
-        network = RadialBasis(self.problem.view, {
-            "centres": self.x[self.rows], "spread": self.spread, "input_scale": self.scale,
-            "output_weights": weights[1:], "output_bias": weights[0],
-        })  # fmt: skip
+        network = self._network()
         singular_values = torch.linalg.svdvals(self._triangle())
         squares, testing, largest = zip(*self.history, strict=True)
         return Growth(
@@ -347,11 +345,23 @@ class _Growing:
 
     def _reason(self) -> Stop | None:
         mean_square_error, testing_error, _ = self.history[-1]
-        if mean_square_error < self.options.error_threshold and testing_error < self.options.testing_error:
+        passes = testing_error < self.options.testing_error
+        if passes and mean_square_error < self.options.error_threshold and self._is_sound():
             return Stop.TESTING_ERROR
         if mean_square_error <= self.options.training_goal:
             return Stop.GOAL
         return Stop.NEURONS if len(self.rows) == self.options.neuron_limit else None
+
+    def _is_sound(self) -> bool:
+        """Tell whether the answers are more than rounding: huge weights may cancel."""
+        return is_sound(self._network(), self.problem.data.test.q, self.options.testing_error)
+
+    def _network(self) -> RadialBasis:
+        weights = self._weights()
+        return RadialBasis(self.problem.view, {
+            "centres": self.x[self.rows], "spread": self.spread, "input_scale": self.scale,
+            "output_weights": weights[1:], "output_bias": weights[0],
+        })  # fmt: skip
 
     def _triangle(self) -> Tensor:
         return self.basis.triangle[: self.basis.size, : self.basis.size]

@@ -23,6 +23,7 @@ from dexterity import checks
 from dexterity.networks.growth import design_columns, orthogonalised, solve
 from dexterity.networks.problem import DesignProblem
 from dexterity.networks.radial_basis import RadialBasis
+from dexterity.networks.rounding import is_sound
 
 __all__ = ["Pruning", "prune"]
 
@@ -104,16 +105,19 @@ class _Pruning:
     def finish(self, limit: float) -> Pruning:
         """Remove all neurons but one; the network is the one before the limit is first reached."""
         order, history, passing = [], [self._errors()], [self._state()]
-        passes = history[0][1] < limit
-        success = passes
+        passes = success = history[0][1] < limit and self._is_sound(limit)
         while len(self.kept) > 1:
             order.append(self._remove())
             history.append(self._errors())
-            passes = passes and history[-1][1] < limit
+            passes = passes and history[-1][1] < limit and self._is_sound(limit)
             if passes:
                 passing.append(self._state())
         squares, testing = zip(*history, strict=True)
         return Pruning(passing[-1], success, tuple(order), squares, testing)
+
+    def _is_sound(self, limit: float) -> bool:
+        """Tell whether the answers are more than rounding: huge weights may cancel."""
+        return is_sound(self._state(), self.test.q, limit)
 
     def _remove(self) -> int:
         """Remove the least useful neuron and say which of the network it was."""

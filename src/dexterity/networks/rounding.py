@@ -28,7 +28,7 @@ from dexterity.networks.network import Network
 from dexterity.networks.radial_basis import BIAS, RadialBasis
 from dexterity.spatial import TensorLike
 
-__all__ = ["Rounding", "rounding"]
+__all__ = ["Rounding", "is_sound", "rounding"]
 
 EPSILON = torch.finfo(torch.float64).eps
 
@@ -52,6 +52,23 @@ class Rounding:
     single: float
 
 
+SHARE = 1e-3
+"""Largest share of an error that may be rounding in double precision."""
+
+
+def is_sound(network: Network, q: TensorLike, error: float) -> bool:
+    """Tell whether rounding in double precision is a small share of an error that a network may have.
+
+    Parameters
+    ----------
+    network, q
+        See :func:`rounding`.
+    error
+        Error that the network may have, relative to its answers.
+    """
+    return rounding(network, q).double <= SHARE * error
+
+
 @torch.no_grad()
 def rounding(network: Network, q: TensorLike) -> Rounding:
     """Estimate the rounding errors of a network at configurations.
@@ -59,7 +76,7 @@ def rounding(network: Network, q: TensorLike) -> Rounding:
     Parameters
     ----------
     network
-        A feed-forward or radial-basis network of one value.
+        A feed-forward or radial-basis network.
     q
         (N, n) joint values, [rad] or [m].
 
