@@ -111,11 +111,7 @@ class LearnedPlan:
     seed: int = 0
 
 
-_KCI = Index("kinematic_conditioning", "geometric")
-_WEAKEST = Index("smallest_singular_value", "geometric")
-_SPEED = Index("guaranteed_speed", "geometric", rows="translational")
-
-_READY = {
+_READY: Mapping[str, tuple[float, ...]] = {
     "panda": (0.0, -0.7854, 0.0, -2.3562, 0.0, 1.5708, 0.7854),
     "ur5e": (0.0, -1.2, 1.5, -1.87, -1.5708, 0.0),
     "puma560": (0.0, 0.6, -0.9, 0.0, 0.8, 0.0),
@@ -123,20 +119,37 @@ _READY = {
     "iiwa14": (0.0, 0.6, 0.0, -1.3, 0.0, 1.2, 0.0),
     "oberon7": (0.0, 0.9, -0.5, 0.0, -1.1, 0.0),
     "reach_bravo7": (0.0, 1.6, 1.2, -1.0, 1.2, 0.0),
+    "reach_alpha5": (3.0, 0.8, 0.9, 3.0),
 }
-"""Postures in which the arms work, away from their singularities."""
+"""Postures [rad] in which the arms work, away from their singularities."""
+
+_LEARNED: Sequence[tuple[Index, float, Sequence[str]]] = (
+    (
+        Index("kinematic_conditioning", "geometric"),
+        0.005,
+        ("panda", "ur5e", "puma560", "docking_arm", "iiwa14", "oberon7", "reach_bravo7"),
+    ),
+    (Index("isotropy", "geometric"), 0.005, ("panda", "ur5e", "iiwa14", "reach_bravo7")),
+    (
+        Index("guaranteed_speed", "geometric", rows="translational"),
+        0.02,
+        ("panda", "ur5e", "reach_bravo7", "reach_alpha5"),
+    ),
+    (Index("smallest_singular_value", "geometric", rows="translational"), 0.005, ("ur5e", "reach_alpha5")),
+    (Index("dynamic_manipulability", "geometric"), 0.005, ("iiwa14",)),
+)
+"""Indices that take longer than a network, with the error that is wanted, and the arms."""
 
 
 def _learned() -> Mapping[str, LearnedPlan]:
-    indices = {"kinematic-conditioning": _KCI}
     return {
-        f"{robot.replace('_', '-')}-{title}": LearnedPlan(robot, index, middle)
-        for robot, middle in _READY.items()
-        for title, index in indices.items()
+        f"{robot}-{index.name}".replace("_", "-"): LearnedPlan(robot, index, _READY[robot], goal=goal)
+        for index, goal, arms in _LEARNED
+        for robot in arms
     }
 
 
-PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan | LearnedPlan] = {
+_OF_THE_PAPER: Mapping[str, FeedForwardPlan | RadialBasisPlan] = {
     "uvms-manipulability-feed-forward": FeedForwardPlan(
         "manipulability", 0, Recipe(8, rows=8192, overhang=0.3, epochs=300), restarts=48
     ),
@@ -149,8 +162,9 @@ PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan | LearnedPlan] = {
     "uvms-kinematic-conditioning-radial-basis": RadialBasisPlan(
         "kinematic_conditioning", 6, 300, 8192, 0.4, (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
     ),
-    **_learned(),
 }
+
+PLANS: Mapping[str, FeedForwardPlan | RadialBasisPlan | LearnedPlan] = {**_OF_THE_PAPER, **_learned()}
 """What is shipped, by name."""
 
 
@@ -264,7 +278,7 @@ def _chosen(candidates: Sequence[Network], index: Function, space: Space) -> Net
 
 
 def _about(name: str) -> dict[str, Any]:
-    plan = PLANS[name]
+    plan = _OF_THE_PAPER[name]
     index = dataclasses.asdict(Index(plan.index))
     return {
         "name": name,

@@ -36,18 +36,21 @@ def test_with_a_scale_the_constant_is_the_middle():
 
 
 def test_overlapping_quartiles_are_no_gain():
-    def timing(name, lower, median, upper):
-        return Timing(name, 10, lower, median, upper)
+    def timing(name, *quartiles):
+        return Timing(name, 10, *quartiles)
 
-    apart = comparison.Times(timing("exact", 3.9, 4.0, 4.1), timing("network", 1.9, 2.0, 2.1), "C")
-    overlap = comparison.Times(timing("exact", 1.0, 4.0, 4.1), timing("network", 1.9, 2.0, 2.1), "C")
+    apart = comparison.Times(timing("exact", 3.9, 4.0, 4.1), timing("network", 1.9, 2.0, 2.1), ("C", "C"))
+    overlap = comparison.Times(
+        timing("exact", 1.0, 4.0, 4.1), timing("network", 1.9, 2.0, 2.1), ("torch", "C")
+    )
     assert (apart.ratio, overlap.ratio) == (2.0, 1.0)
     assert overlap.entry()["exact_over_network"] == "indistinguishable"
+    assert (apart.language, overlap.language) == ("C", "torch (exact) and C (network)")
 
 
 def test_times_are_those_of_both():
     q = sobol(SPACE, 100, 0)
     network = dx.networks.FeedForward.untrained(VIEW, 3, q, q.sum(-1), torch.Generator().manual_seed(0))
-    measured = comparison.times(lambda q: q.sum(-1), network, q, in_c=False, rounds=1, seconds=0.001)
-    assert measured.language == "torch"
+    measured = comparison.times(lambda q: q.sum(-1), network, q, "torch", rounds=1, seconds=0.001)
+    assert measured.languages[0] == "torch"
     assert set(measured.entry()["ns_per_configuration"]) == {"exact", "network"}

@@ -106,7 +106,7 @@ def test_advice(largest, ratio, cubic, better, words):
             "baselines": {"cubic": {"maximum": cubic}},
         }
     )
-    found, reasons = learning._advice(card, Times(exact_time, network_time, "C"), goal=0.01)
+    found, reasons = learning._advice(card, Times(exact_time, network_time, ("C", "C")), goal=0.01)
     assert found == better
     assert words in reasons
 

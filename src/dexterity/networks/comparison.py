@@ -21,6 +21,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from dexterity.codegen.library import CompilationFailed
 from dexterity.networks.baselines import Constant, constant, polynomial
 from dexterity.networks.export import compile_network
 from dexterity.networks.network import Network, View
@@ -60,14 +61,21 @@ class Times:
     Attributes
     ----------
     exact, network
-        The exact index and the network, in `language`, on one core.
-    language
-        What both are computed in: C, or torch where there is no compiler.
+        The exact index and the network, on one core.
+    languages
+        What the exact index and the network are computed in: C, or torch where there is no compiler or the
+        index has no form in C.
     """
 
     exact: Timing
     network: Timing
-    language: str
+    languages: tuple[str, str]
+
+    @property
+    def language(self) -> str:
+        """What both are computed in, as a text."""
+        exact, network = self.languages
+        return exact if exact == network else f"{exact} (exact) and {network} (network)"
 
     @property
     def ratio(self) -> float:
@@ -92,30 +100,30 @@ class Times:
 
 
 def times(
-    exact: Function, network: Network, q: Tensor, in_c: bool, rounds: int = 10, seconds: float = 0.05
+    exact: Function, network: Network, q: Tensor, language: str, rounds: int = 10, seconds: float = 0.05
 ) -> Times:
     """Measure the exact index and a network on the same configurations in one run.
 
     Parameters
     ----------
     exact
-        The exact index, compiled to C if `in_c`.
+        The exact index.
     network
         The network.
     q
         (N, n) configurations, worked on at once.
-    in_c
-        Whether the network is compiled to C too.
+    language
+        What the exact index is computed in, ``"C"`` or ``"torch"``. The network is compiled to C where there
+        is a compiler.
     rounds, seconds
         See :func:`dexterity.timing.measure`.
-
-    Raises
-    ------
-    CompilationFailed
-        If there is no C compiler, or it fails.
     """
-    compiled = compile_network(network) if in_c else network
+    compiled: Function = network
+    try:
+        compiled, own = compile_network(network), "C"
+    except CompilationFailed:
+        own = "torch"
     ways = [Way("exact", lambda: exact(q), len(q)), Way("network", lambda: compiled(q), len(q))]
     with torch.no_grad():
         exact_time, network_time = measure(ways, rounds=rounds, seconds=seconds)
-    return Times(exact_time, network_time, "C" if in_c else "torch")
+    return Times(exact_time, network_time, (language, own))

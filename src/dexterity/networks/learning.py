@@ -307,7 +307,7 @@ def _judged(
         baselines=fits,
     )  # fmt: skip
     thousand = sampling.sobol(task.space, 1000, 0)
-    measured = comparison.times(task.exact, network, thousand, in_c=language == "C")
+    measured = comparison.times(task.exact, network, thousand, language)
     better, reasons = _advice(card, measured, task.goal)
     network.card = card.with_entries(
         training=card["training"] | {"readout": climbed.best.readout, "passed": climbed.passed},
@@ -329,7 +329,7 @@ def _advice(card: Card, times: Times, goal: float) -> tuple[Literal["network", "
     fits = {name: entry["maximum"] for name, entry in card["baselines"].items()}
     near = [name for name, largest in fits.items() if largest <= card["errors"]["maximum"]]
     measured = (
-        f"A configuration takes the exact index {exact:.3g} ns and the network {network:.3g} ns, both in "
+        f"A configuration takes the exact index {exact:.3g} ns and the network {network:.3g} ns in "
         f"{times.language}, 1000 at once, on one core; the largest error found of the network is {error:.2g}."
     )
     if near:
