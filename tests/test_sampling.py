@@ -709,6 +709,7 @@ def test_whole_numbers_of_numpy_are_taken():
         (lambda box: sampling.uniform(box, 2, 0), "random"),
         (lambda box: sampling.sobol("box", 2, 0), "space"),
         (lambda box: Box([0.0], [1.0], levels=True), "levels"),
+        (lambda box: Box([0.0], [1.0], levels=b"a"), "levels"),
         (lambda box: sampling.data_sets(lambda q: q[:, 0], box, train=2.5), "train"),
         (lambda box: sampling.data_sets(lambda q: q[:, 0], box, seed=None), "seed"),
     ],

@@ -714,6 +714,8 @@ def _number(value: float, name: str) -> float:
 
 
 def _levels(levels: int | Sequence[int | None] | None, dimensions: int) -> tuple[int | None, ...]:
+    if isinstance(levels, str | bytes):
+        raise TypeError(f"levels is {levels!r}; a whole number, None, or one for each joint is needed")
     each = tuple(levels) if isinstance(levels, Sequence | np.ndarray) else (levels,) * dimensions
     if len(each) != dimensions:
         raise ValueError(f"levels has {len(each)} entries; one for each of the {dimensions} joints that vary")

@@ -15,7 +15,7 @@ import dexterity as dx
 from dexterity import sampling
 from dexterity.indices import Index
 from dexterity.networks import levenberg_marquardt as trainer
-from dexterity.networks import normal_equations
+from dexterity.networks import normal_equations, train
 from dexterity.networks.feed_forward import FeedForward, target_of
 from dexterity.networks.levenberg_marquardt import Options, Stop, levenberg_marquardt
 from dexterity.networks.network import View
@@ -343,6 +343,57 @@ def test_median_errors_are_those_of_other_trainers():
     q, y, starts = w_task()
     ours = levenberg_marquardt(starts, q, y, Options(epochs=80))
     median = np.median([training.mean_square_error for training in ours])
-    for train in (by_scipy, by_torch_levenberg_marquardt):
-        other = np.median([train(start, q, y) for start in starts])
-        assert median <= NO_WORSE_THAN * other, train.__name__
+    for peer in (by_scipy, by_torch_levenberg_marquardt):
+        other = np.median([peer(start, q, y) for start in starts])
+        assert median <= NO_WORSE_THAN * other, peer.__name__
+
+
+# ---- values that overflow, and gradients that nobody asked for: cases of the review, faults #13 and #23 ----
+
+
+@pytest.mark.parametrize(
+    ("size", "readout", "message"),
+    [
+        (1e308, "identity", "range overflows"),
+        (1e200, "identity", "mean square error is not finite"),
+        (1e-310, "reciprocal", "target for the readout 'reciprocal' overflows"),
+        (1e-200, "reciprocal", "mean square error is not finite"),
+    ],
+)
+def test_values_whose_errors_overflow_are_refused(size, readout, message):
+    q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+    values = size * (q[:, 0] if readout == "identity" else 1.5 + 0.5 * q[:, 0])
+    with pytest.raises(ValueError, match=message):
+        train.for_seeds(View(1, [0]), 3, q, values, [0], readout=readout)
+
+
+def test_inputs_that_require_gradients_are_taken():
+    q = torch.linspace(-1, 1, 50, dtype=torch.float64)[:, None]
+    (start,) = train.initial_networks(View(1, [0]), 3, q, q.sin()[:, 0], [0])
+    plain = levenberg_marquardt(start, q, q.sin()[:, 0])
+    q.requires_grad_()
+    tracked = levenberg_marquardt(start, q, q.sin()[:, 0])
+    assert tracked.history == plain.history
+
+
+def test_the_number_of_threads_changes_no_bit():
+    """Faults #37: two threads gave other bits than one."""
+    q = torch.linspace(-1, 1, 4001, dtype=torch.float64)[:, None].repeat(1, 3) ** torch.tensor([1, 2, 3])
+    values = q.sin().sum(-1)
+    (start,) = train.initial_networks(View(3, [0, 1, 2]), 9, q, values, [0])
+    threads = torch.get_num_threads()
+    histories = []
+    for number in (1, 2):
+        torch.set_num_threads(number)
+        histories.append(levenberg_marquardt(start, q, values, Options(epochs=5)).history)
+    torch.set_num_threads(threads)
+    assert histories[0] == histories[1]
+
+
+@pytest.mark.parametrize(
+    "options", [{"epochs": math.inf}, {"epochs": 2.5}, {"goal": math.nan}, {"goal": "0"}]
+)
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_options_that_are_no_numbers_are_refused(options):
+    with pytest.raises((TypeError, ValueError), match=f"^{next(iter(options))} is"):
+        Options(**options)

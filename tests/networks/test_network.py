@@ -90,6 +90,13 @@ def test_bad_views(joints, inputs, carriers, message):
         View(joints, inputs, carriers)
 
 
+@pytest.mark.parametrize("inputs", [3, None, "01", [0.5], [True]])
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_inputs_that_are_no_numbers_of_joints_are_refused(inputs):
+    with pytest.raises(TypeError, match=r"^inputs"):
+        View(3, inputs)
+
+
 @pytest.mark.parametrize("q", [0.0, [1.0, 2.0], [[1.0, 2.0, math.nan]]])
 def test_bad_configurations(q):
     view = View(3, [0])

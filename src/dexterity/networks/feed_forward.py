@@ -138,6 +138,8 @@ class FeedForward(Network):
         target_centre, target_half_ranges = _middle(targets)
         if still := (input_half_range == 0).nonzero().flatten().tolist():
             raise ValueError(f"inputs {still} of the network do not vary in q: leave them out of its view")
+        if not torch.isfinite(target_half_ranges).all() or not torch.isfinite(target_centre).all():
+            raise ValueError(f"values reach {targets.abs().max():.3g}, and their range overflows: scale them")
         if not target_half_ranges.max() > 0:
             raise ValueError("values are all the same: there is nothing to learn")
         hidden, output = _nguyen_widrow(neurons, view.width, _outputs(readout, targets.shape[1]), random)
@@ -207,6 +209,10 @@ def target_of(values: TensorLike, readout: Readout) -> Float64[Tensor, "N k"]:
     if readout != "identity" and (values <= 0).any():
         raise ValueError(f"values hold {values.min()}; the readout {readout!r} needs positive ones")
     targets = READOUTS[readout].target(values)
+    if not torch.isfinite(targets).all():
+        raise ValueError(
+            f"values hold {values.min():.3g}, whose target for the readout {readout!r} overflows"
+        )
     return targets[:, None] if targets.ndim == 1 else targets
 
 

@@ -281,6 +281,10 @@ def _train(networks: list[FeedForward], q: Tensor, values: Tensor, options: Opti
     layout = Layout.of(networks[0])
     _require_alike(networks)
     state = _State(layout, layout.pack(networks), TrainingSet.of(networks, q, values), options)
+    if not torch.isfinite(state.mean_square_error).all():
+        raise ValueError(
+            f"y reaches {float(values.abs().max()):.3g}, and the mean square error is not finite: scale it"
+        )
     records = [_Record(state.weights[i], [mse]) for i, mse in enumerate(state.mean_square_error.tolist())]
     _iterate(state, records, options.epochs)
     return [

@@ -18,7 +18,7 @@ Examples
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import torch
@@ -58,6 +58,8 @@ class View(torch.nn.Module):
     def __init__(self, joints: int, inputs: Sequence[int], carriers: TensorLike = ()) -> None:
         super().__init__()
         joints = checks.whole(joints, "joints", least=1)
+        if not isinstance(inputs, Iterable) or isinstance(inputs, str | bytes):
+            raise TypeError(f"inputs is {checks.shown(inputs)}; numbers of joints are needed")
         inputs = tuple(checks.whole(joint, f"inputs[{i}]") for i, joint in enumerate(inputs))
         if not inputs or list(inputs) != sorted(set(inputs)) or inputs[0] < 0 or inputs[-1] >= joints:
             raise ValueError(
