@@ -1,5 +1,6 @@
 """Cards: what they say of a network must be so."""
 
+import dataclasses
 import json
 
 import pytest
@@ -75,3 +76,15 @@ def test_operations_of_layers_are_those_of_the_formulas():
         assert count.total == feed_forward(7, 5).total + (outputs - 1) * 10
     bells = networks.load_shipped("uvms-manipulability-radial-basis")
     assert judgement.layer_operations(bells) == radial_basis(7, bells.neurons)
+
+
+def test_the_worst_case_is_never_below_a_fresh_point(network, monkeypatch):
+    """Where kinks hold up every climb, the worst fresh point is the worst case."""
+    found = judgement.worst_case(network, exact, SPACE, SEARCH)
+    low = dataclasses.replace(found, error=0.0)
+    monkeypatch.setattr(judgement, "worst_case", lambda *arguments: low)
+    told = judgement.describe(network, exact, SPACE, seed=3, count=200, search=SEARCH)
+    assert told["worst_case"]["error"] == told["errors"]["maximum"]
+    assert told["worst_case"]["q"] == told["errors"]["worst"]
+    q = torch.tensor(told["worst_case"]["q"], dtype=torch.float64)
+    assert told["worst_case"]["exact"] == pytest.approx(float(exact(q)))

@@ -220,8 +220,8 @@ def _accuracy(network: Network) -> str:
         where = "where inputs are within 0.5"
     found = rounding(network, q)
     return (
-        f"Accuracy: the value of the network but for rounding, {where} at most about {found.double:.0e} of it "
-        f"in double and {found.single:.0e} in single precision."
+        f"Accuracy: the value of the network but for rounding, {where} at most about {found.double:.0e} of it"
+        f" in double and {found.single:.0e} in single precision."
     )
 
 
