@@ -524,7 +524,10 @@ def _along_steps(
             point = point + lengths[length] * torch.tensor(direction, dtype=torch.float64)
         screws.append(_screw(torch.tensor(row["axis"], dtype=torch.float64), point, row))
         frames.append(base @ spatial.pose(torch.eye(3, dtype=torch.float64), point))
-    return torch.stack(screws) @ spatial.adjoint(base).mT, tuple(frames)
+    at_base = torch.stack(screws)
+    # A product with the identity would change signs of zeros, which content keys count.
+    moved = not torch.equal(base, torch.eye(4, dtype=torch.float64))
+    return at_base @ spatial.adjoint(base).mT if moved else at_base, tuple(frames)
 
 
 def _along_frames(rows: Sequence[Mapping[str, Any]], base: Tensor) -> tuple[Tensor, tuple[Tensor, ...]]:
