@@ -226,6 +226,26 @@ def test_nearest_without_any_says_so():
     assert not any_
 
 
+def test_every_winding_is_that_of_ssik():
+    """ssik#562, EAIK#26: all solutions within the limits, every full turn."""
+    from ssik.prebuilt.universal_robots import ur5_ik
+
+    arm = chain_of(ur5_ik.fk, 6)
+    # Their limits: a full turn to either side, half a turn at the elbow.
+    limits = torch.tensor([2, 2, 1, 2, 2, 2], dtype=torch.float64) * math.pi
+    arm = dx.Chain(arm.screws, arm.home, lower=-limits, upper=limits)
+    T = ur5_ik.fk(np.array([0.3, -1, 1.2, -0.5, 0.8, 0.2]))
+    theirs = torch.tensor(np.array([solution.q for solution in ur5_ik.solve(T)]))
+    found = solve(arm, T)
+    copies = found.copies()
+    assert len(copies) == len(theirs) == 8 * 2**5
+    assert (copies[:, None] - theirs).abs().amax(-1).amin(0).max() < 1e-6
+    assert dx.inverse_kinematics.within_limits(arm, copies).all()
+    assert solve(arm, spatial.translation(3.0, 0, 0)).copies().shape == (0, 6)
+    with pytest.raises(ValueError, match=r"^solutions are those of poses \(2,\)"):
+        solve(arm, arm.home[None].expand(2, 4, 4)).copies()
+
+
 # ---- limits, locked joints, counts ---------------------------------------------------------------------
 
 
@@ -316,6 +336,24 @@ def test_it_says_what_it_is():
         "Solutions(3 poses by three parallel axes (complete): 3 reached within the limits)"
     )
     assert "by search (not complete)" in repr(solve(PANDA, PANDA.forward(READY), seeds=4))
+
+
+def test_what_values_decide_about_is_refused_where_there_are_none():
+    T = UR5.forward(random_configurations(UR5, 3))
+    calls = [
+        lambda T: solve(UR5, T).q,
+        lambda T: dx.inverse_kinematics.three_parallel_axes(UR5, T)[0],
+        lambda T: dx.inverse_kinematics.spherical_wrist(dx.robots.puma560(), T)[0],
+    ]
+    for call in calls:
+        with pytest.raises(TypeError, match=r"^poses have no values here"):
+            torch.func.vmap(call)(T)
+        with pytest.raises(TypeError, match=r"^poses have no values here"):
+            call(T.to("meta"))
+    # Derivatives leave the values as they are.
+    slopes = torch.func.jacrev(calls[1])(T[0])
+    assert slopes.shape == (8, 6, 4, 4)
+    assert_close(slopes, torch.autograd.functional.jacobian(calls[1], T[0]))
 
 
 # ---- what goes in -----------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished
+from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished, require_values
 from dexterity.inverse_kinematics.subproblems import Line, about_two, solved
 from dexterity.inverse_kinematics.wrists import reversed_arm
 from dexterity.spatial import TensorLike
@@ -81,7 +81,7 @@ def three_parallel_axes(
         If the arm is not such an arm, or a pose is not rigid or not finite.
     """
     checks.instance(arm, "arm", Chain)
-    T = spatial.require_rigid(T_base_tool, "T_base_tool")
+    T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
     q, valid, _ = parallel_branches(arm, T)
     return q, valid
 

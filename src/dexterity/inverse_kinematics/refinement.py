@@ -29,6 +29,10 @@ from dexterity.spatial.tolerances import ROUNDING
 __all__ = ["arm_size", "in_pieces", "polished", "pose_miss"]
 
 _AT_ONCE = 4096  # poses
+_NO_VALUES = (
+    "poses have no values here, and values decide how they are solved: torch.compile, torch.export, "
+    "torch.func.vmap and the device meta are not possible; give a batch (..., 4, 4)"
+)
 _DIGITS = 1e-12  # a miss below this needs no step
 _REACH = 0.1  # miss from which a branch is improved where the description is right to six digits
 
@@ -40,6 +44,23 @@ def in_pieces(
     pieces = [branches(some) for some in T.reshape(-1, 4, 4).split(_AT_ONCE)]
     q, valid, miss = (torch.cat(parts) for parts in zip(*pieces, strict=True))
     return tuple(x.reshape(*T.shape[:-2], *x.shape[1:]) for x in (q, valid, miss))  # type: ignore[return-value]
+
+
+def require_values(T: Tensor) -> Tensor:
+    """Return poses whose values can be read, else refuse them by name.
+
+    Raises
+    ------
+    TypeError
+        If torch traces or maps the caller over a batch, or the device has no values.
+    """
+    inside = T
+    functorch = torch._C._functorch
+    while not torch.compiler.is_compiling() and functorch.is_gradtrackingtensor(inside):
+        inside = functorch.get_unwrapped(inside)  # derivatives leave values as they are
+    if not spatial.are_readable(inside):
+        raise TypeError(_NO_VALUES)
+    return T
 
 
 def arm_size(arm: Chain) -> float:

@@ -21,7 +21,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.turns import nearest_copy
+from dexterity.inverse_kinematics.turns import copies_within_limits, nearest_copy
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
 
@@ -135,6 +135,26 @@ class Solutions:
         distance = torch.where(usable | ~usable.any(-1, keepdim=True), distance, torch.inf)
         best = distance.argmin(-1)[..., None, None]
         return torch.take_along_dim(moved, best, dim=-2)[..., 0, :], usable.any(-1)
+
+    def copies(self) -> Float64[Tensor, "copies n"]:
+        """Return every configuration at one pose with all its copies by full turns within the limits.
+
+        Returns
+        -------
+        (copies, n), those of the best solution first; see
+        :func:`dexterity.inverse_kinematics.copies_within_limits`.
+
+        Raises
+        ------
+        ValueError
+            If there are several poses, a joint has one limit alone, or there are more than a million copies.
+        """
+        if self.q.ndim != 2:
+            raise ValueError(
+                f"solutions are those of poses {tuple(self.q.shape[:-2])}; those of one are needed"
+            )
+        each = [copies_within_limits(self.chain, q, self.limit_tolerance) for q in self.q[self.usable]]
+        return torch.cat([*each, self.q.new_zeros(0, self.chain.joints)])
 
     def __repr__(self) -> str:
         poses = self.reached.numel()

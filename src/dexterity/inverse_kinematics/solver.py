@@ -25,6 +25,7 @@ from dexterity.chain import Chain
 from dexterity.indices.rows import Rows, row_numbers
 from dexterity.inverse_kinematics.closed_forms import Form, form_of, reasons
 from dexterity.inverse_kinematics.null_space import Objective, held_step, null_direction, slope
+from dexterity.inverse_kinematics.refinement import require_values
 from dexterity.inverse_kinematics.seeds import Ends, distinct, search
 from dexterity.inverse_kinematics.solutions import SeedsEnded, Solutions
 from dexterity.inverse_kinematics.turns import middle_of_limits, nearest_copy
@@ -113,7 +114,7 @@ def solve(
     checks.choice(method, "method", get_args(Method))
     if enough is not None:
         checks.whole(enough, "enough", least=1)
-    T = spatial.require_rigid(T_world_tool, "T_world_tool").detach()
+    T = require_values(spatial.require_rigid(T_world_tool, "T_world_tool")).detach()
     start = _seed(chain, near, T)
     value = _objective(chain, secondary)
     form = _form(chain, chosen, method)

@@ -29,7 +29,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished
+from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished, require_values
 from dexterity.inverse_kinematics.subproblems import Line, Turning, about_two, solved
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
@@ -74,7 +74,7 @@ def spherical_wrist(
     Murray, Li & Sastry (1994), section 3.3; Pieper (1968).
     """
     checks.instance(arm, "arm", Chain)
-    T = spatial.require_rigid(T_base_tool, "T_base_tool")
+    T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
     q, valid, _ = wrist_branches(arm, T)
     return q, valid
 
@@ -101,7 +101,7 @@ def spherical_shoulder(
         If the arm is not such an arm, or a pose is not rigid or not finite.
     """
     checks.instance(arm, "arm", Chain)
-    T = spatial.require_rigid(T_base_tool, "T_base_tool")
+    T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
     q, valid, _ = wrist_branches(reversed_arm(arm), spatial.inverse(T))
     return q.flip(-1), valid
 

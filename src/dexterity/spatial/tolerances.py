@@ -9,7 +9,7 @@ constant           value    what it decides
                             the nearest rotation, an axis with unit length, axes that almost meet or are
                             almost parallel as if they did. A public function says by how much it missed:
                             :func:`dexterity.spatial.rotation_miss` of a rotation,
-                            :func:`dexterity.inverse_kinematics.closed_form` of an arm.
+                            :func:`dexterity.inverse_kinematics.geometric_miss` of an arm.
 ``LIMIT``          1e-9     Ends of limits [rad] or [m] are included, and so is what exceeds them by less.
                             Each function that compares with limits takes another value as an argument.
 =================  =======  ==============================================================================
