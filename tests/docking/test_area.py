@@ -226,3 +226,29 @@ def test_bad_input(pose, points, tool, message):
 def test_an_arm_without_a_spherical_wrist():
     with pytest.raises(ValueError, match="six revolute ones are needed"):
         area_manipulability(dx.robots.uvms(), [0.0, 0.0, 0.2, 0.0], CORNERS)
+
+
+def test_far_away_nothing_is_reached_and_nothing_is_nan():
+    """Finite poses have finite values, however large they are."""
+    for arm in (dx.robots.docking_arm(), dx.robots.puma560()):
+        for far in (1e6, 1e154, 1e300):
+            pose = torch.tensor([far, far, 0.2, 0.3], dtype=torch.float64)
+            assert dx.docking.area_manipulability(arm, pose, dx.docking.square(0.2)) == 0
+
+
+def test_another_arm_has_the_best_w_of_its_branches():
+    puma, corners = dx.robots.puma560(), dx.docking.square(0.1)
+    poses = torch.tensor(
+        [[-0.4, -0.2, -0.3, 0.5], [0.2, -0.4, -0.2, 1.5], [2.0, 0, 0, 0]], dtype=torch.float64
+    )
+    q, valid, within = dx.docking.configurations(puma, poses, corners)
+    w = torch.where(valid & within, dx.Index("w")(puma, q), 0.0).amax(-1)
+    torch.testing.assert_close(dx.docking.largest_manipulability(puma, poses, corners), w)
+    torch.testing.assert_close(dx.docking.area_manipulability(puma, poses, corners), w.amin(-1))
+    assert w.amin(-1).max() > 0
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_a_bad_tool_is_blamed_on_the_tool():
+    with pytest.raises(ValueError, match=r"^tool"):
+        dx.docking.area_manipulability(dx.robots.docking_arm(), [0, 0, 0, 0], [[0, 0, 0]], 2 * torch.eye(3))

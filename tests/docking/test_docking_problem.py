@@ -4,6 +4,7 @@ import dataclasses
 import math
 from functools import cache
 
+import numpy as np
 import pytest
 import torch
 from scipy.optimize import differential_evolution
@@ -151,10 +152,10 @@ def test_a_tilted_vehicle_has_six_numbers():
         ({"area": 2.5}, r"area is 2\.5; the block"),
         ({"area": 2.0}, "region is empty"),
         ({"area": 2.0, "region": "or"}, "region is empty"),
-        ({"area": -0.4}, "positive lengths"),
+        ({"area": -0.4}, "area is -0.4"),
         ({"points": torch.zeros(0, 3, dtype=torch.float64)}, r"points has shape \(0, 3\)"),
         ({"points": square(1.2)}, "beyond the block"),
-        ({"start": (math.nan, 0.0, 0.0)}, "start is not finite"),
+        ({"start": (math.nan, 0.0, 0.0)}, "start is nan"),
         ({"tilt": 2.0}, r"tilt is 2\.0"),
         ({"distance_weight": -1.0}, r"distance_weight is -1"),
         ({"manipulability_weight": math.inf}, "manipulability_weight is inf"),
@@ -208,3 +209,76 @@ def test_the_same_seed_gives_the_same_pose():
     one, other, third = genetic_docking(AND, 1), by_genes(1), by_genes(2)
     assert torch.equal(one.pose, other.pose)
     assert not torch.equal(one.pose, third.pose)
+
+
+# ---- what is refused when it is given, and what cannot be changed afterwards ---------------------------
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5e", "uvms"])
+def test_arms_that_no_search_could_serve_are_refused_when_they_are_given(name):
+    """DockingProblem(panda) was accepted, and the error came at the search."""
+    with pytest.raises(ValueError, match=r"dexterity\.reach\.place"):
+        DockingProblem(getattr(dx.robots, name)())
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"foot": (1, 2)}, ValueError, "foot is"),
+        ({"block": (2.0,)}, ValueError, "block is"),
+        ({"block": 2.0}, ValueError, "block is"),
+        ({"height": (0.2, "0.3")}, TypeError, "height is '0.3'"),
+        ({"yaw": "12"}, ValueError, "yaw is '12'"),
+        ({"start": (1, 2)}, ValueError, "start is"),
+        ({"start": (1, 2, 10**400)}, ValueError, "start is"),
+        ({"heading": math.inf}, ValueError, "heading is inf"),
+        ({"area": True}, TypeError, "area is True"),
+        ({"tilt": "0.1"}, TypeError, "tilt is '0.1'"),
+        ({"tool": torch.ones(3, 3)}, ValueError, "tool"),
+        ({"tool": torch.eye(4)}, ValueError, "tool has shape"),
+        ({"points": [[0.0, 0.0]]}, ValueError, "points has shape"),
+        ({"arm": "puma"}, TypeError, "arm is 'puma'"),
+        ({"manipulability_weight": math.nan}, ValueError, "manipulability_weight is nan"),
+    ],
+)
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_each_field_is_looked_at_when_it_is_given(change, error, message):
+    with pytest.raises(error, match=message):
+        DockingProblem(**{"arm": ARM} | change)
+
+
+@pytest.mark.usefixtures("annotations_unchecked")
+def test_rows_of_numbers_may_be_arrays():
+    problem = DockingProblem(ARM, height=np.array([0.2, 0.25]), foot=torch.tensor([-0.3, 0.0, -0.2]))
+    assert problem.height == (0.2, 0.25)
+    assert problem.foot == pytest.approx((-0.3, 0.0, -0.2))
+    assert problem.allows(GOOD)
+
+
+def test_a_problem_does_not_change_when_arrays_do():
+    corners = AND.control_points.numpy().copy()
+    problem = DockingProblem(ARM, points=corners)
+    before = problem.area_manipulability(GOOD)
+    corners[:] = 0.9
+    for changed in (problem.lower, problem.upper, problem.control_points):
+        changed.fill_(10.0)
+    assert problem.area_manipulability(GOOD) == before > 0
+    assert problem.allows(GOOD)
+
+
+def test_a_docking_says_what_its_numbers_are():
+    text = repr(optimum("and"))
+    assert text.startswith("Docking(x -0.")
+    assert "yaw" in text
+    assert "area manipulability 0.0" in text
+
+
+def test_how_many_poses_a_search_looks_at_is_known_before(capfd):
+    coarse = ZoomOptions(starts=2, levels=3, stages=2)
+    steps = (0.2, 0.2, 0.05, 1.0)
+    found = global_docking(OR, steps, coarse, progress=True)
+    count = dx.docking.evaluations(OR, steps, coarse)
+    searches = [dx.search.zoom_search(OR.objective, *box, steps, coarse).evaluations for box in OR.boxes]
+    assert count == sum(searches)
+    assert found.search.evaluations in searches
+    assert "docking poses: 100%" in capfd.readouterr().err

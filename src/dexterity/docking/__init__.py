@@ -23,7 +23,7 @@ from dexterity.docking.area import (
     on_base,
     square,
 )
-from dexterity.docking.problem import Docking, DockingProblem, genetic_docking, global_docking
+from dexterity.docking.problem import Docking, DockingProblem, evaluations, genetic_docking, global_docking
 
 if TYPE_CHECKING:
     from dexterity.docking import export
@@ -36,6 +36,7 @@ __all__ = [
     "area_manipulability",
     "base_pose",
     "configurations",
+    "evaluations",
     "export",
     "genetic_docking",
     "global_docking",

@@ -16,16 +16,15 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.docking.elbow import ElbowArm
-from dexterity.indices import Index
 from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
 
@@ -41,6 +40,7 @@ __all__ = [
     "inverse_kinematics",
     "largest_manipulability",
     "on_base",
+    "orientation",
     "square",
 ]
 
@@ -54,7 +54,6 @@ Face: TypeAlias = Literal["top", "side"]
 """Face of a block, the top or the side that looks along −x. G is in the middle of it, z up."""
 
 _NUMBERS_AT_ONCE = 2**15
-_MANIPULABILITY = Index("manipulability")
 
 
 class Solutions(NamedTuple):
@@ -109,14 +108,17 @@ def square(
     ValueError
         If the half width is not positive, or there are fewer than two points a side.
     """
-    if not 0 < half_width < math.inf:
-        raise ValueError(f"half_width is {half_width}; a positive length is needed")
-    if per_side < 2:
-        raise ValueError(f"per_side is {per_side}; at least 2 is needed")
-    side = torch.linspace(-half_width, half_width, per_side, dtype=torch.float64)
+    half, count = checks.positive(half_width, "half_width"), checks.whole(per_side, "per_side", least=2)
+    height, face = checks.real(height, "height"), _face(face)
+    side = torch.linspace(-half, half, count, dtype=torch.float64)
     flat = torch.cartesian_prod(side, side)
     off = torch.full((len(flat), 1), height, dtype=torch.float64)
     return torch.cat([flat, off] if face == "top" else [-off, flat], dim=1)
+
+
+def _face(face: Face) -> Face:
+    checks.choice(face, "face", get_args(Face))
+    return face
 
 
 def base_pose(pose: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
@@ -153,10 +155,7 @@ def on_base(arm: Chain, pose: TensorLike) -> Chain:
     if pose.ndim != 1:
         raise ValueError(f"pose has shape {tuple(pose.shape)}; one pose is needed")
     T = base_pose(pose)
-    return Chain(
-        arm.screws @ spatial.adjoint(T).mT, T @ arm.home,
-        name=arm.name, joint_names=arm.joint_names, lower=arm.lower, upper=arm.upper, rates=arm.rates,
-    )  # fmt: skip
+    return arm.with_base(T)
 
 
 def configurations(arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP) -> Solutions:
@@ -164,7 +163,7 @@ def configurations(arm: Chain, pose: TensorLike, points: TensorLike, tool: Tenso
 
     Parameters, frames and errors are those of `largest_manipulability`.
     """
-    base, points, R = base_pose(pose), control_points(points), _orientation(tool)
+    base, points, R = base_pose(pose), control_points(points), orientation(tool)
     T_tool = spatial.pose(R, points)
     return inverse_kinematics(arm, spatial.compose(spatial.inverse(base)[..., None, :, :], T_tool))
 
@@ -196,7 +195,7 @@ def largest_manipulability(
         rotation, or the arm has no spherical wrist.
     """
     elbow = _elbow_arm(arm)
-    pose, points, R = _poses(pose), control_points(points), _orientation(tool)
+    pose, points, R = _poses(pose), control_points(points), orientation(tool)
     rows = pose.reshape(-1, pose.shape[-1])
     at_once = max(1, _NUMBERS_AT_ONCE // len(points))
     if elbow is None:
@@ -213,7 +212,17 @@ def area_manipulability(
 
     Parameters, frames and errors are those of `largest_manipulability`.
     """
-    return largest_manipulability(arm, pose, points, tool).amin(-1)
+    if _elbow_arm(arm) is not None:
+        return largest_manipulability(arm, pose, points, tool).amin(-1)
+    pose, points = _poses(pose), control_points(points)
+    rows = pose.reshape(-1, pose.shape[-1])
+    smallest = torch.full((len(rows),), math.inf, dtype=rows.dtype)
+    # Once a point is out of reach, no other point can change that the smallest value is 0.
+    for point in points:
+        alive = smallest > 0
+        found = largest_manipulability(arm, rows[alive], point[None], tool)[:, 0]
+        smallest = smallest.masked_scatter(alive, torch.minimum(smallest[alive], found))
+    return smallest.reshape(pose.shape[:-1])
 
 
 @functools.lru_cache(maxsize=8)
@@ -236,8 +245,25 @@ def _by_closed_form(elbow: ElbowArm, pose: Tensor, points: Tensor, R: Tensor) ->
 
 
 def _by_branches(arm: Chain, pose: Tensor, points: Tensor, R: Tensor) -> Tensor:
-    q, valid, within = configurations(arm, pose, points, R)
-    return torch.where(valid & within, _MANIPULABILITY.bind(arm)(q), 0.0).amax(-1)
+    w = pose.new_zeros(len(pose), len(points))
+    centre, radius = _ball(arm)
+    local = spatial.apply(spatial.inverse(base_pose(pose))[:, None], points)
+    near = (local - centre).norm(dim=-1) <= radius
+    places, numbers = near.nonzero().unbind(1)
+    T_tool = spatial.inverse(base_pose(pose[places])) @ spatial.pose(R, points[numbers])
+    q, valid, within = inverse_kinematics(arm, T_tool)
+    usable = valid & within
+    values = torch.zeros_like(q[..., 0])
+    values[usable] = torch.linalg.det(arm.spatial_jacobian(q[usable])).abs()
+    w[near] = values.amax(-1)
+    return w
+
+
+@functools.lru_cache(maxsize=8)
+def _ball(arm: Chain) -> tuple[Tensor, float]:
+    """Centre (3) and radius [m] of a ball that the tool point cannot leave."""
+    links = arm.link_transforms
+    return links[0, :3, 3], float(links[1:, :3, 3].norm(dim=-1).sum()) * (1 + 1e-9)
 
 
 def _poses(pose: TensorLike) -> Tensor:
@@ -261,6 +287,17 @@ def control_points(points: TensorLike) -> Float64[Tensor, "m 3"]:
     return points
 
 
-def _orientation(tool: TensorLike) -> Tensor:
-    R = spatial.to_float64(tool, "tool")
-    return spatial.pose(R, torch.zeros(3, dtype=torch.float64))[:3, :3]
+def orientation(tool: TensorLike, name: str = "tool") -> Float64[Tensor, "3 3"]:
+    """Return the orientation of a tool as a tensor.
+
+    Raises
+    ------
+    ValueError
+        If it is not (3, 3), not finite, or no rotation.
+    """
+    R = spatial.to_float64(tool, name)
+    if R.shape != (3, 3):
+        raise ValueError(f"{name} has shape {tuple(R.shape)}; (3, 3) is needed")
+    T = torch.eye(4, dtype=torch.float64)
+    T[:3, :3] = R
+    return spatial.require_rigid(T, name)[:3, :3]

@@ -27,10 +27,12 @@ import torch
 from torch import Tensor
 
 from dexterity.chain import Chain
+from dexterity.spatial.tolerances import LIMIT
 
 __all__ = ["ElbowArm"]
 
 _TOLERANCE = 1e-12
+_ROUNDING = 4e-15  # of the sum of two products of cosines and sines
 _DIRECTIONS = [[0, 0, 1], [0, -1, 0], [0, -1, 0], [1, 0, 0], [0, -1, 0], [1, 0, 0]]
 
 
@@ -114,7 +116,8 @@ class ElbowArm:
                 straight = (c23 * forward + s23 * axis[2]).square()
                 best = torch.where(within, torch.minimum(best, straight), best)
         wrist = (1 - best).clamp(min=0).sqrt()
-        return l1 * l2 * sine * ahead * wrist
+        # Out of reach by far, zero times infinity is no number.
+        return torch.where(reached, l1 * l2 * sine * ahead * wrist, 0.0)
 
     def _within(self, joint: int, cosine: Tensor, sine: Tensor) -> Tensor:
         """Whether an angle, by its cosine and sine, is between the limits of a joint."""
@@ -122,7 +125,8 @@ class ElbowArm:
         middle, half = (lower + upper) / 2, (upper - lower) / 2
         if not half < math.pi:
             return torch.ones_like(cosine, dtype=torch.bool)
-        return cosine * math.cos(middle) + sine * math.sin(middle) >= math.cos(half)
+        end = math.cos(min(half + LIMIT, math.pi)) - _ROUNDING
+        return cosine * math.cos(middle) + sine * math.sin(middle) >= end
 
 
 def _wrist_is_free(arm: Chain) -> bool:

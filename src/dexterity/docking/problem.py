@@ -14,15 +14,18 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
+import numpy as np
 import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
+from tqdm import tqdm
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.docking.area import (
     TOOL_AHEAD,
@@ -31,13 +34,16 @@ from dexterity.docking.area import (
     area_manipulability,
     base_pose,
     control_points,
+    orientation,
     square,
 )
+from dexterity.inverse_kinematics import spherical_wrist
+from dexterity.search import box
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
 from dexterity.search.zoom import ZoomOptions, ZoomSearch, zoom_search
 from dexterity.spatial import TensorLike
 
-__all__ = ["Docking", "DockingProblem", "Region", "genetic_docking", "global_docking"]
+__all__ = ["Docking", "DockingProblem", "Region", "evaluations", "genetic_docking", "global_docking"]
 
 Region: TypeAlias = Literal["and", "or"]
 """Whether the base is beside the task area in x *and* y, as Eq. 14 has it, or in either, as the text says."""
@@ -97,9 +103,11 @@ class DockingProblem:
     Raises
     ------
     ValueError
-        If the region or the face is unknown, a number is not finite or out of its range, there is no control
-        point or one is beyond the block, the task area is larger than the block, a lower limit is above its
-        upper one, or no pose is allowed.
+        If the arm has no spherical wrist, the region or the face is unknown, a number is not finite or out of
+        its range, there is no control point or one is beyond the block, the task area is larger than the
+        block, a lower limit is above its upper one, or no pose is allowed.
+    TypeError
+        If an argument is of another kind.
     """
 
     arm: Chain
@@ -119,48 +127,65 @@ class DockingProblem:
     tool: tuple[tuple[float, float, float], ...] | None = None
 
     def __post_init__(self) -> None:
-        for name, known in (("region", get_args(Region)), ("face", get_args(Face))):
-            if getattr(self, name) not in known:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; {known} are known")
-        for name in ("block", "area", "height", "yaw", "tilt", "start", "heading", "foot"):
-            spatial.to_float64(getattr(self, name), name)
-        if min(self.block) <= 0 or self.area <= 0:
-            raise ValueError(f"block is {self.block} and area {self.area}; positive lengths are needed")
+        checks.fields(
+            self,
+            arm=_fit_arm,
+            region=checks.Choice(get_args(Region)),
+            face=checks.Choice(get_args(Face)),
+            block=_Row(2, _Length(above=0.0)),
+            area=_Length(above=0.0),
+            height=_Row(2, _Length()),
+            yaw=_Row(2, _Length()),
+            tilt=checks.Real(least=0.0, most=math.pi / 2),
+            start=_Row(3, _Length()),
+            heading=_Length(),
+            foot=_Row(3, _Length()),
+            manipulability_weight=checks.Real(least=0.0),
+            distance_weight=checks.Real(least=0.0),
+            tool=_tool,
+        )
         if self.area > min(self.block):
             raise ValueError(f"area is {self.area}; the block is {self.block}, and smaller")
         for name in ("height", "yaw"):
             if getattr(self, name)[0] > getattr(self, name)[1]:
                 raise ValueError(f"{name} is {getattr(self, name)}; the lower limit is above the upper one")
-        if not 0 <= self.tilt <= math.pi / 2:
-            raise ValueError(f"tilt is {self.tilt}; 0 to π/2 is needed")
         beside = [side > self.area for side in self.block]
         if not (all(beside) if self.region == "and" else any(beside)):
             raise ValueError("region is empty: the task area leaves nothing of the block beside it")
-        for name in ("manipulability_weight", "distance_weight"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; 0 or a positive number is needed")
-        points = self.control_points
+        if self.points is not None:
+            object.__setattr__(self, "points", control_points(self.points).detach().clone())
+        points = self._control_points
         if (points[:, self._lie.along].abs() > points.new_tensor(self.block) / 2).any():
             raise ValueError("points holds some beyond the block")
 
-    @cached_property
+    @property
     def control_points(self) -> Float64[Tensor, "m 3"]:
-        """Points that the area manipulability is taken over."""
-        return control_points(square(self.area / 2, face=self.face) if self.points is None else self.points)
+        """Points that the area manipulability is taken over (a copy)."""
+        return self._control_points.clone()
+
+    @cached_property
+    def _control_points(self) -> Tensor:
+        if self.points is None:
+            return square(self.area / 2, face=self.face)
+        return control_points(self.points)
 
     @property
     def _lie(self) -> _Lie:
         return _LIES[self.face]
 
-    @cached_property
+    @property
     def lower(self) -> Float64[Tensor, " d"]:
-        """Lower limits of a pose, of 4 numbers or, with tilt, of 6."""
-        return self._limits(-1)
+        """Lower limits of a pose, of 4 numbers or, with tilt, of 6 (a copy)."""
+        return self._ends[0].clone()
+
+    @property
+    def upper(self) -> Float64[Tensor, " d"]:
+        """Upper limits of a pose, of 4 numbers or, with tilt, of 6 (a copy)."""
+        return self._ends[1].clone()
 
     @cached_property
-    def upper(self) -> Float64[Tensor, " d"]:
-        """Upper limits of a pose, of 4 numbers or, with tilt, of 6."""
-        return self._limits(1)
+    def _ends(self) -> tuple[Tensor, Tensor]:
+        return self._limits(-1), self._limits(1)
 
     @property
     def boxes(self) -> tuple[tuple[Tensor, Tensor], ...]:
@@ -191,7 +216,8 @@ class DockingProblem:
         """Tell which poses (..., 4) or (..., 6) are in the group W_d of Eq. 14, its edges included."""
         pose = self._poses(pose)
         # The best poses are on edges, which rounding must not put outside.
-        inside = ((pose >= self.lower - _EDGE) & (pose <= self.upper + _EDGE)).all(-1)
+        lower, upper = self._ends
+        inside = ((pose >= lower - _EDGE) & (pose <= upper + _EDGE)).all(-1)
         beside = pose[..., self._lie.along].abs() >= self.area / 2 - _EDGE
         return inside & (beside.all(-1) if self.region == "and" else beside.any(-1))
 
@@ -209,7 +235,7 @@ class DockingProblem:
     def area_manipulability(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
         """Area manipulability M_a over the control points, Eq. 1."""
         tool = self._lie.tool if self.tool is None else self.tool
-        return area_manipulability(self.arm, self._poses(pose), self.control_points, tool)
+        return area_manipulability(self.arm, self._poses(pose), self._control_points, tool)
 
     def objective(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
         """Objective a M_a − b D of Eq. 8, wherever the pose is."""
@@ -222,9 +248,47 @@ class DockingProblem:
 
     def _poses(self, pose: TensorLike) -> Tensor:
         pose = spatial.to_float64(pose, "pose")
-        if pose.shape[-1:] != self.lower.shape:
-            raise ValueError(f"pose has shape {tuple(pose.shape)}; (..., {len(self.lower)}) is needed")
+        size = 6 if self.tilt else 4
+        if pose.shape[-1:] != (size,):
+            raise ValueError(f"pose has shape {tuple(pose.shape)}; (..., {size}) is needed")
         return pose
+
+
+_MOST = 1e6  # [m] and [rad], beyond which squares of lengths lose what a docking pose is about
+
+
+def _Length(above: float | None = None) -> checks.Real:
+    return checks.Real(above=above, least=-_MOST if above is None else None, most=_MOST)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """So many numbers in a row, each by a check."""
+
+    count: int
+    check: checks.Check
+
+    def __call__(self, value: Any, name: str) -> tuple[float, ...]:
+        values = value.tolist() if isinstance(value, Tensor | np.ndarray) else value
+        if not isinstance(values, Sequence) or isinstance(values, str) or len(values) != self.count:
+            raise ValueError(f"{name} is {checks.shown(value)}; {self.count} numbers are needed")
+        return tuple(self.check(number, name) for number in values)
+
+
+def _fit_arm(value: Any, name: str) -> Chain:
+    """Return an arm that the docking functions serve."""
+    arm = checks.Instance(Chain)(value, name)
+    try:
+        spherical_wrist(arm, arm.home)
+    except ValueError as error:
+        raise ValueError(f"{error}; dexterity.reach.place places the base of any chain") from None
+    return arm
+
+
+def _tool(value: Any, name: str) -> tuple[tuple[float, ...], ...] | None:
+    if value is None:
+        return None
+    return tuple(tuple(row) for row in orientation(value, name).tolist())
 
 
 @dataclass(frozen=True)
@@ -250,6 +314,17 @@ class Docking:
     distance: float
     fitness: float
     search: GeneticSearch | ZoomSearch = field(repr=False)
+
+    def __repr__(self) -> str:
+        names = ("x", "y", "z", "yaw") if len(self.pose) == 4 else ("x", "y", "z", "roll", "pitch", "yaw")
+        pose = ", ".join(
+            f"{name} {value:.4g} {'m' if name in 'xyz' else 'rad'}"
+            for name, value in zip(names, self.pose.tolist(), strict=True)
+        )
+        return (
+            f"Docking({pose}; area manipulability {self.area_manipulability:.4g}, "
+            f"distance {self.distance:.4g} m, fitness {self.fitness:.4g})"
+        )
 
     @classmethod
     def at(cls, problem: DockingProblem, search: GeneticSearch | ZoomSearch) -> Docking:
@@ -288,8 +363,8 @@ def genetic_docking(
     ValueError
         If the precision is not positive, or the arm has no spherical wrist.
     """
-    steps = torch.full_like(problem.lower, precision)
-    generator = torch.Generator().manual_seed(seed)
+    steps = torch.full_like(problem.lower, checks.positive(precision, "precision"))
+    generator = torch.Generator().manual_seed(checks.whole(seed, "seed"))
     search = genetic_search(
         problem.fitness, problem.lower, problem.upper, steps, generator, options or GeneticOptions()
     )
@@ -297,7 +372,10 @@ def genetic_docking(
 
 
 def global_docking(
-    problem: DockingProblem, steps: TensorLike | None = None, options: ZoomOptions | None = None
+    problem: DockingProblem,
+    steps: TensorLike | None = None,
+    options: ZoomOptions | None = None,
+    progress: bool | None = None,
 ) -> Docking:
     """Solve a docking problem by looking everywhere: a grid over all poses, then finer ones about the best.
 
@@ -309,15 +387,55 @@ def global_docking(
         (d,) steps of the first grid, [m] and [rad]; by default 0.05 m, and 0.1 rad or, for a tilt, 0.2.
     options
         How fine to look then; None for the defaults.
+    progress
+        Whether to show a bar with the number of poses and the remaining time; None for a bar on a terminal
+        when the search takes more than three seconds. :func:`evaluations` says how many poses there are.
 
     Raises
     ------
     ValueError
-        If the steps do not fit, or the arm has no spherical wrist.
+        If the steps do not fit, or a grid would have too many poses.
     """
-    if steps is None:
-        steps = [0.05, 0.05, 0.05, *[0.2] * (len(problem.lower) - 4), 0.1]
-    searches = [
-        zoom_search(problem.objective, *box, steps, options or ZoomOptions()) for box in problem.boxes
-    ]
+    options, steps = options or ZoomOptions(), _first_steps(problem, steps)
+    total = evaluations(problem, steps, options)
+    disable = None if progress is None else not progress
+    delay = 3.0 if progress is None else 0.0
+    with tqdm(total=total, desc="docking poses", unit_scale=True, disable=disable, delay=delay) as bar:
+
+        def objective(pose: Tensor) -> Tensor:
+            values = problem.objective(pose)
+            bar.update(len(pose))
+            return values
+
+        searches = [zoom_search(objective, *box, steps, options) for box in problem.boxes]
     return Docking.at(problem, max(searches, key=lambda search: search.value))
+
+
+def evaluations(
+    problem: DockingProblem, steps: TensorLike | None = None, options: ZoomOptions | None = None
+) -> int:
+    """Return how many poses :func:`global_docking` looks at, at most.
+
+    An elbow arm takes some microseconds a pose, another arm some milliseconds.
+
+    Parameters and errors are those of :func:`global_docking`.
+    """
+    options, lengths = (
+        options or ZoomOptions(),
+        box.steps(_first_steps(problem, steps), "steps", _size(problem)),
+    )
+    count = 0
+    for low, high in problem.boxes:
+        grid = [math.ceil(n - 1e-9) + 1 for n in ((high - low) / lengths).tolist()]
+        count += math.prod(grid) + min(
+            options.starts, math.prod(grid)
+        ) * options.stages * options.levels ** len(low)
+    return count
+
+
+def _size(problem: DockingProblem) -> int:
+    return 6 if problem.tilt else 4
+
+
+def _first_steps(problem: DockingProblem, steps: TensorLike | None) -> TensorLike:
+    return [0.05, 0.05, 0.05, *[0.2] * (_size(problem) - 4), 0.1] if steps is None else steps
