@@ -146,6 +146,14 @@ def test_batches_equal_single_steps(batch_shape):
         assert_close(moved[i], null_space_step(PANDA, q[i], w, gain=0.05), rtol=0, atol=1e-9)
 
 
+def test_inference_mode_changes_nothing():
+    q = torch.tensor([0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5], dtype=torch.float64)
+    w = dx.indices.Index("manipulability").bind(PANDA)
+    expected = null_space_step(PANDA, q, w, gain=0.05)
+    with torch.inference_mode():
+        assert_close(null_space_step(PANDA, q, w, gain=0.05), expected, rtol=0, atol=0)
+
+
 def test_rows_that_are_free_move_the_tool():
     q = torch.tensor([0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5], dtype=torch.float64)
     w = dx.indices.Index("manipulability", rows="translational").bind(PANDA)

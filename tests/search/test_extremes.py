@@ -88,6 +88,13 @@ def test_the_same_seed_finds_the_same():
     assert extremes(W, PANDA, samples=128, starts=4, steps=10, seed=4) != first
 
 
+def test_inference_mode_changes_nothing():
+    w = W.bind(PANDA)
+    expected = extremes(w, PANDA, samples=64, starts=2, steps=5)
+    with torch.inference_mode():
+        assert extremes(w, PANDA, samples=64, starts=2, steps=5) == expected
+
+
 def test_sectors_are_searched_too():
     space = dx.sampling.uvms_space("manipulability")
     found = extremes(W.bind(dx.robots.uvms()), space, samples=128, starts=4, steps=10)

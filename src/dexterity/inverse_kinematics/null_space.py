@@ -180,8 +180,9 @@ def slope(objective: Objective, q: Float64[Tensor, "*batch n"]) -> Float64[Tenso
     own: Any = getattr(objective, "value_and_gradient", None)
     if own is not None:
         return spatial.to_float64(own(q)[1], "gradient of the objective")
-    with torch.enable_grad():
-        at = q.detach().requires_grad_()
+    # A gradient is needed in inference mode as well, where tensors take part in none: a copy does.
+    with torch.inference_mode(False), torch.enable_grad():
+        at = q.detach().clone().requires_grad_()
         value = objective(at)
         if not value.requires_grad:
             raise ValueError("objective cannot be differentiated by torch")
