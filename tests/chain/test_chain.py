@@ -2,6 +2,7 @@
 
 import copy
 import math
+import pickle
 import re
 
 import numpy as np
@@ -387,7 +388,7 @@ def test_setting_an_attribute_is_refused(chain, key):
 
 def test_a_copy_is_the_same_chain(rng, chain):
     q = configurations(rng, chain, (2,))
-    for twin in (copy.copy(chain), copy.deepcopy(chain)):
+    for twin in (copy.copy(chain), copy.deepcopy(chain), pickle.loads(pickle.dumps(chain))):
         assert (twin.name, twin.joint_names, twin.kinds) == (chain.name, chain.joint_names, chain.kinds)
         assert_close(twin.forward(q), chain.forward(q), rtol=0, atol=0)
 

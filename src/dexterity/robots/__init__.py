@@ -170,6 +170,9 @@ def panda() -> Chain:
 def ur5e() -> Chain:
     """Six-joint arm Universal Robots UR5e with its masses, tool frame at the flange.
 
+    The base frame is that of the controller. The frame ``base_link`` of the maker's URDF is turned by half a
+    turn about z.
+
     References
     ----------
     Universal Robots, DH parameters for calculations of kinematics and dynamics; UR5e technical
