@@ -251,8 +251,9 @@ def test_an_index_that_is_zero_everywhere_ranks_nothing(task):
         ValueError, match=r"^short arm has 5 joints; .* everywhere.*Take rows='translational'"
     ):
         tasks.rank(short_arm(), np.zeros((2, 5)), task)
-    position = tasks.Task("positioning", "w", rows="translational")
-    assert (tasks.rank(short_arm(), np.full((2, 5), 0.5), position).values > 0).all()
+    position, q = tasks.Task("positioning", "w", rows="translational"), np.full((2, 5), 0.5)
+    assert (tasks.rank(short_arm(), q, position).values > 0).all()
+    assert tasks.rank(short_arm(), q, "welding", rows="translational").index.rows == "translational"
 
 
 def test_a_compiled_index_of_another_chain_is_refused(rng):

@@ -250,6 +250,7 @@ def index_for(
     frame: Frame = "geometric",
     joint_rates: tuple[float, ...] | None = None,
     tool_rates: tuple[float, ...] | None = None,
+    rows: Rows | None = None,
 ) -> Index:
     """Index that grades configurations for a task.
 
@@ -260,6 +261,8 @@ def index_for(
     frame, joint_rates, tool_rates
         As for :class:`dexterity.indices.Index`. The geometric frame, about the tool and in the world's axes,
         means the tool; the paper's is the spatial one, about the world's origin.
+    rows
+        Rows of the Jacobian that count, for an arm that cannot serve all six; those of the task by default.
 
     Raises
     ------
@@ -267,7 +270,14 @@ def index_for(
         If no task is called that; the nearest names are given.
     """
     task = task if isinstance(task, Task) else find(task)
-    return Index(task.index, frame, joint_rates, tool_rates, rows=task.rows, direction=task.direction)
+    return Index(
+        task.index,
+        frame,
+        joint_rates,
+        tool_rates,
+        rows=task.rows if rows is None else rows,
+        direction=task.direction,
+    )
 
 
 def rank(
@@ -278,6 +288,7 @@ def rank(
     frame: Frame | None = None,
     joint_rates: tuple[float, ...] | None = None,
     tool_rates: tuple[float, ...] | None = None,
+    rows: Rows | None = None,
 ) -> Ranking:
     """Order candidate configurations by the index of a task, best first.
 
@@ -290,7 +301,7 @@ def rank(
     task
         A task, the name or alias of one, an index, the name or alias of one, or a compiled index of the
         chain, which is the fastest.
-    frame, joint_rates, tool_rates
+    frame, joint_rates, tool_rates, rows
         As for :class:`dexterity.indices.Index`; ``"geometric"`` by default, which means the tool. An index
         has its own, and takes none here. The kinematic conditioning index, unlike the manipulability, ranks
         differently from frame to frame.
@@ -299,7 +310,7 @@ def rank(
     ------
     ValueError
         If the task is unknown, `q` is not (m, n), the index is zero at all configurations of the chain, a
-        frame or rates are given beside an index, or it was compiled for another chain.
+        frame, rates or rows are given beside an index, or it was compiled for another chain.
     TypeError
         If `task` is none of these.
     """
@@ -307,10 +318,12 @@ def rank(
     q = spatial.to_float64(q, "q")
     if q.ndim != 2:
         raise ValueError(f"q has shape {tuple(q.shape)}; (candidates, {chain.joints}) is needed")
-    given = {"frame": frame, "joint_rates": joint_rates, "tool_rates": tool_rates}
+    given = {"frame": frame, "joint_rates": joint_rates, "tool_rates": tool_rates, "rows": rows}
     if isinstance(task, str | Task):
         task = _named(task)
-        index = index_for(task, frame=frame or "geometric", joint_rates=joint_rates, tool_rates=tool_rates)
+        index = index_for(
+            task, frame=frame or "geometric", joint_rates=joint_rates, tool_rates=tool_rates, rows=rows
+        )
         require_not_zero_everywhere(index, chain)
         values = index.bind(chain)(q)
     else:

@@ -15,7 +15,7 @@ Examples
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from itertools import combinations
 
 import torch
@@ -37,40 +37,56 @@ def inradius(J: Float64[Tensor, "*batch m n"]) -> Float64[Tensor, "*batch"]:
     m, n = J.shape[-2:]
     if n < m:
         return torch.zeros_like(J[..., 0, 0])
-    subsets = torch.tensor(list(combinations(range(n), m - 1)), dtype=torch.long, device=J.device)
-    columns = J.mT.index_select(-2, subsets.reshape(-1)).unflatten(-2, (len(subsets), m - 1))
-    normals = _normals(columns)
+    at_once = max(1, _ENTRIES // (math.comb(n, m - 1) * m))
+    radii = [_inradius(piece) for piece in J.reshape(-1, m, n).split(at_once)]
+    return torch.cat(radii).reshape(J.shape[:-2])
+
+
+_ENTRIES = 1 << 17  # of normals at a time, so that they stay in the cache
+
+
+def _inradius(J: Float64[Tensor, "N m n"]) -> Float64[Tensor, " N"]:
+    m, n = J.shape[-2:]
+    normals = _normals(J)
     squares = normals.square().sum(-1)
-    spans = squares > (_DEGENERATE * torch.linalg.vector_norm(columns, dim=-1).prod(-1).detach()) ** 2
-    lengths = torch.where(spans, squares, 1.0).sqrt()
-    heights = (normals @ J).abs().sum(-1) / lengths
+    lengths = torch.linalg.vector_norm(J.detach(), dim=-2)
+    chosen = _places(list(combinations(range(n), m - 1)), J)
+    volumes = lengths[:, chosen].prod(-1) if m > 1 else torch.ones_like(squares)
+    spans = squares > (_DEGENERATE * volumes) ** 2
+    heights = (normals @ J).abs().sum(-1) / torch.where(spans, squares, 1.0).sqrt()
     least = torch.where(spans, heights, math.inf).amin(-1)
     return torch.where(spans.any(-1), least, 0.0)
 
 
-def _normals(columns: Float64[Tensor, "*batch k m_1 m"]) -> Float64[Tensor, "*batch k m"]:
-    """Vectors orthogonal to m - 1 others, as long as the volume of these: their generalised cross product."""
-    m = columns.shape[-1]
-    # Minors of the first vectors, one vector more at each step; each holds the choice of coordinates.
-    minors: dict[tuple[int, ...], Tensor] = {(): columns.new_ones(columns.shape[:-2])}
-    for size in range(1, m):
-        minors = {
-            chosen: _expanded(columns[..., size - 1, :], chosen, minors)
-            for chosen in combinations(range(m), size)
-        }
-    everything = tuple(range(m))
-    return torch.stack(
-        [(-1) ** axis * minors[everything[:axis] + everything[axis + 1 :]] for axis in range(m)], dim=-1
-    )
+def _normals(J: Float64[Tensor, "N m n"]) -> Float64[Tensor, "N facets m"]:
+    """Generalised cross products of all choices of m - 1 columns: orthogonal to them, long as their volume.
+
+    Minors of k columns follow from those of k - 1, each computed once, by expansion along the last column.
+    """
+    m, n = J.shape[-2:]
+    minors = J.new_ones(len(J), 1, 1)  # by choice of columns and choice of rows
+    for k in range(1, m):
+        columns, rows = list(combinations(range(n), k)), list(combinations(range(m), k))
+        fewer_columns = {choice: i for i, choice in enumerate(combinations(range(n), k - 1))}
+        fewer_rows = {choice: i for i, choice in enumerate(combinations(range(m), k - 1))}
+        last = J.mT.index_select(1, _places([choice[-1] for choice in columns], J))
+        before = minors.index_select(1, _places([fewer_columns[choice[:-1]] for choice in columns], J))
+        terms = [
+            (-1) ** (k - 1 + place)
+            * last.index_select(2, _places([choice[place] for choice in rows], J))
+            * before.index_select(
+                2, _places([fewer_rows[choice[:place] + choice[place + 1 :]] for choice in rows], J)
+            )
+            for place in range(k)
+        ]
+        minors = torch.stack(terms).sum(0)
+    # Row i is left out in the choice that combinations names as the last but i.
+    signs = J.new_tensor([(-1.0) ** i for i in range(m)])
+    return minors.flip(-1) * signs
 
 
-def _expanded(vector: Tensor, chosen: tuple[int, ...], minors: Mapping[tuple[int, ...], Tensor]) -> Tensor:
-    """Expand a minor along its last vector."""
-    terms = [
-        (-1) ** (len(chosen) - 1 + place) * vector[..., axis] * minors[chosen[:place] + chosen[place + 1 :]]
-        for place, axis in enumerate(chosen)
-    ]
-    return torch.stack(terms).sum(0)
+def _places(numbers: Sequence[object], J: Tensor) -> Tensor:
+    return torch.tensor(numbers, dtype=torch.long, device=J.device)
 
 
 def _evaluate(J: Tensor, _: Situation) -> Tensor:
