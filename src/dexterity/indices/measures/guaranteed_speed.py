@@ -15,7 +15,8 @@ Examples
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import combinations
 
 import torch
@@ -38,51 +39,69 @@ def inradius(J: Float64[Tensor, "*batch m n"]) -> Float64[Tensor, "*batch"]:
     if n < m:
         return torch.zeros_like(J[..., 0, 0])
     at_once = max(1, _ENTRIES // (math.comb(n, m - 1) * m))
-    radii = [_inradius(piece) for piece in J.reshape(-1, m, n).split(at_once)]
-    return torch.cat(radii).reshape(J.shape[:-2])
+    # Tensors of places are made in each call, which torch may be tracing; the numbers in them are not.
+    expansions = [tuple(_places(numbers, J) for numbers in step) for step in _expansions(m, n)]
+    facets = _places(list(combinations(range(n), m - 1)), J)
+    pieces = J.reshape(-1, m, n).permute(1, 2, 0).split(at_once, dim=-1)
+    return torch.cat([_inradius(piece, expansions, facets) for piece in pieces]).reshape(J.shape[:-2])
 
 
 _ENTRIES = 1 << 17  # of normals at a time, so that they stay in the cache
 
 
-def _inradius(J: Float64[Tensor, "N m n"]) -> Float64[Tensor, " N"]:
-    m, n = J.shape[-2:]
-    normals = _normals(J)
-    squares = normals.square().sum(-1)
-    lengths = torch.linalg.vector_norm(J.detach(), dim=-2)
-    chosen = _places(list(combinations(range(n), m - 1)), J)
-    volumes = lengths[:, chosen].prod(-1) if m > 1 else torch.ones_like(squares)
+def _inradius(J: Tensor, expansions: Sequence[tuple[Tensor, ...]], facets: Tensor) -> Tensor:
+    """Radii (N,) of Jacobians (m, n, N)."""
+    normals = _normals(J, expansions)
+    squares = torch.stack([normal.square() for normal in normals]).sum(0)
+    lengths = torch.linalg.vector_norm(J.detach(), dim=0)
+    volumes = lengths[facets].prod(1) if facets.shape[-1] else torch.ones_like(squares)
     spans = squares > (_DEGENERATE * volumes) ** 2
-    heights = (normals @ J).abs().sum(-1) / torch.where(spans, squares, 1.0).sqrt()
-    least = torch.where(spans, heights, math.inf).amin(-1)
-    return torch.where(spans.any(-1), least, 0.0)
+    heights = torch.zeros_like(squares)
+    for column in J.unbind(1):
+        along = [normal * entry for normal, entry in zip(normals, column, strict=True)]
+        heights = heights + torch.stack(along).sum(0).abs()
+    heights = heights / torch.where(spans, squares, 1.0).sqrt()
+    least = torch.where(spans, heights, math.inf).amin(0)
+    return torch.where(spans.any(0), least, 0.0)
 
 
-def _normals(J: Float64[Tensor, "N m n"]) -> Float64[Tensor, "N facets m"]:
-    """Generalised cross products of all choices of m - 1 columns: orthogonal to them, long as their volume.
+def _normals(J: Tensor, expansions: Sequence[tuple[Tensor, ...]]) -> list[Tensor]:
+    """Generalised cross products of each m - 1 columns, m components (facets, N): as long as their volume.
 
     Minors of k columns follow from those of k - 1, each computed once, by expansion along the last column.
     """
-    m, n = J.shape[-2:]
-    minors = J.new_ones(len(J), 1, 1)  # by choice of columns and choice of rows
+    m = len(J)
+    minors: dict[tuple[int, ...], Tensor] = {
+        (): J.new_ones(1, J.shape[-1])
+    }  # by choice of rows; (choices of columns, N)
+    for k, (last, before) in enumerate(expansions, start=1):
+        entries = [row.index_select(0, last) for row in J]
+        known = {rows: minor.index_select(0, before) for rows, minor in minors.items()}
+        minors = {rows: _expanded(entries, known, rows) for rows in combinations(range(m), k)}
+    everything = tuple(range(m))
+    return [(-1) ** i * minors[everything[:i] + everything[i + 1 :]] for i in everything]
+
+
+def _expanded(
+    entries: Sequence[Tensor], known: Mapping[tuple[int, ...], Tensor], rows: tuple[int, ...]
+) -> Tensor:
+    """Expand minors of some rows along their last columns."""
+    terms = [
+        (-1) ** (len(rows) - 1 + place) * entries[row] * known[rows[:place] + rows[place + 1 :]]
+        for place, row in enumerate(rows)
+    ]
+    return torch.stack(terms).sum(0)
+
+
+@cache
+def _expansions(m: int, n: int) -> list[tuple[list[int], list[int]]]:
+    """For choices of 1 … m - 1 columns: the last column of each, and the place of the choice without it."""
+    steps = []
     for k in range(1, m):
-        columns, rows = list(combinations(range(n), k)), list(combinations(range(m), k))
-        fewer_columns = {choice: i for i, choice in enumerate(combinations(range(n), k - 1))}
-        fewer_rows = {choice: i for i, choice in enumerate(combinations(range(m), k - 1))}
-        last = J.mT.index_select(1, _places([choice[-1] for choice in columns], J))
-        before = minors.index_select(1, _places([fewer_columns[choice[:-1]] for choice in columns], J))
-        terms = [
-            (-1) ** (k - 1 + place)
-            * last.index_select(2, _places([choice[place] for choice in rows], J))
-            * before.index_select(
-                2, _places([fewer_rows[choice[:place] + choice[place + 1 :]] for choice in rows], J)
-            )
-            for place in range(k)
-        ]
-        minors = torch.stack(terms).sum(0)
-    # Row i is left out in the choice that combinations names as the last but i.
-    signs = J.new_tensor([(-1.0) ** i for i in range(m)])
-    return minors.flip(-1) * signs
+        columns = list(combinations(range(n), k))
+        fewer = {choice: i for i, choice in enumerate(combinations(range(n), k - 1))}
+        steps.append(([choice[-1] for choice in columns], [fewer[choice[:-1]] for choice in columns]))
+    return steps
 
 
 def _places(numbers: Sequence[object], J: Tensor) -> Tensor:
