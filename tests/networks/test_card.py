@@ -6,6 +6,7 @@ import json
 import pytest
 import torch
 
+import dexterity as dx
 from dexterity import networks, sampling
 from dexterity.networks import card, judgement, validation
 from dexterity.networks.feed_forward import FeedForward
@@ -88,3 +89,66 @@ def test_the_worst_case_is_never_below_a_fresh_point(network, monkeypatch):
     assert told["worst_case"]["q"] == told["errors"]["worst"]
     q = torch.tensor(told["worst_case"]["q"], dtype=torch.float64)
     assert told["worst_case"]["exact"] == pytest.approx(float(exact(q)))
+
+
+# ---- chains and indices come back ------------------------------------------------------------------
+
+CHAINS = {name: dx.robots.load(name) for name in dx.robots.names()}
+CHAINS["arm on a vehicle"] = CHAINS["reach_alpha5"].on_vehicle(torch.eye(4, dtype=torch.float64))
+CHAINS["arm on a planar base"] = CHAINS["ur5e"].on_planar_base(torch.eye(4, dtype=torch.float64))
+
+
+@pytest.mark.parametrize("chain", CHAINS.values(), ids=CHAINS)
+def test_a_chain_comes_back_from_json(chain):
+    entry = json.loads(json.dumps(card.chain_entry(chain)))
+    again = card.Card({"chain": entry}).chain()
+    assert (again.name, again.joint_names, again.kinds) == (chain.name, chain.joint_names, chain.kinds)
+    for part in ("screws", "home", "lower", "upper", "rates"):
+        assert torch.equal(getattr(again, part), getattr(chain, part))
+    assert (again.inertias is None) == (chain.inertias is None)
+    if chain.inertias is not None:
+        assert all(map(torch.equal, again.inertias, chain.inertias))
+
+
+@pytest.mark.parametrize(
+    "index",
+    [
+        dx.Index("manipulability"),
+        dx.Index("kci", "geometric", joint_rates=(1.0, 0.0), tool_rates=(2.0,) * 6),
+        dx.Index("velocity_ratio", "body", rows=("vx", "wz"), direction="vx"),
+        dx.Index("isotropy", "geometric", rows="rotational", characteristic_length=0.3),
+        dx.Index("tool_deviation", "geometric", joint_noise=(1e-3, 2e-3)),
+    ],
+    ids=repr,
+)
+def test_an_index_comes_back_from_json(index):
+    entry = json.loads(json.dumps(card.index_entry(index)))
+    assert card.Card({"index": entry}).index() == index
+
+
+@pytest.mark.parametrize(
+    ("entries", "call"),
+    [
+        ({}, "chain"),
+        ({"chain": "uvms"}, "chain"),
+        ({"chain": {"screws": 3, "home": 4}}, "chain"),
+        ({"chain": {"screws": [[0, 0, 1, 0, 0, 0]], "home": None}}, "chain"),
+        ({"index": "manipulability"}, "index"),
+        ({"index": {"name": "beauty"}}, "index"),
+        ({"index": {"name": "manipulability", "rows": 3.5}}, "index"),
+        ({"space": {"kind": "Ball"}}, "space"),
+    ],
+)
+def test_a_card_that_says_too_little_says_so(entries, call):
+    with pytest.raises(ValueError, match=r"card|chain|index|space|name|rows|screws|home"):
+        getattr(card.Card(entries), call)()
+
+
+def test_a_card_cannot_be_changed():
+    entries = {"a": [1, {"b": 2}]}
+    told = card.Card(entries)
+    entries["a"][1]["b"] = 3
+    told.to_dict()["a"].append(4)
+    assert told["a"] == [1, {"b": 2}]
+    assert told.with_entries(a=0)["a"] == 0
+    assert told == {"a": [1, {"b": 2}]}

@@ -19,8 +19,10 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
+
+from torch import Tensor
 
 from dexterity.chain import Chain
 from dexterity.indices import Index
@@ -105,15 +107,17 @@ class Card(Mapping[str, Any]):
         if not isinstance(entry, Mapping) or not {"screws", "home"} <= entry.keys():
             raise ValueError("card holds no geometry of its chain: the screws and home are not on it")
         limits = {name: _numbers(entry.get(name), unlimited) for name, unlimited in _UNLIMITED.items()}
+        inertias = entry.get("inertias")
         try:
             return Chain(
                 entry["screws"],
                 entry["home"],
                 name=entry.get("name", "chain"),
                 joint_names=entry.get("joint_names"),
+                inertias=None if inertias is None else tuple(inertias[name] for name in _INERTIAS),
                 **limits,
             )
-        except (TypeError, AttributeError) as error:
+        except (TypeError, AttributeError, KeyError) as error:
             raise ValueError(f"card does not describe a chain: {error}") from error
 
     def index(self) -> Index:
@@ -154,6 +158,10 @@ _UNLIMITED = {"lower": -math.inf, "upper": math.inf, "rates": 1.0}
 """What stands for None among an entry's limits and rates."""
 
 
+_INERTIAS = ("masses", "centres", "tensors")
+"""What an entry says of the masses of a chain, in their order."""
+
+
 def chain_entry(chain: Chain) -> dict[str, Any]:
     """Return what a card says of a chain: enough to make the same chain again."""
 
@@ -168,7 +176,12 @@ def chain_entry(chain: Chain) -> dict[str, Any]:
         "lower": finite(chain.lower.tolist()),
         "upper": finite(chain.upper.tolist()),
         "rates": finite(chain.rates.tolist()),
+        **({} if chain.inertias is None else {"inertias": _inertias(chain.inertias)}),
     }
+
+
+def _inertias(parts: Sequence[Tensor]) -> dict[str, Any]:
+    return {name: part.tolist() for name, part in zip(_INERTIAS, parts, strict=True)}
 
 
 def index_entry(index: Index) -> dict[str, Any]:
