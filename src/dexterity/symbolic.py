@@ -19,14 +19,16 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
+from typing import Any, Literal, Protocol, TypeAlias, get_args, overload, runtime_checkable
 
+import numpy as np
 import torch
 from jaxtyping import Float64
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.autograd import forward_ad
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.codegen import CompilationFailed, c_source, javascript_module
 from dexterity.codegen.c99 import ZERO
@@ -57,7 +59,7 @@ Backend: TypeAlias = Literal["torch", "inductor", "c"]
 
 
 def compile_index(
-    chain: Chain | SymbolicChain, index: Index | str, backend: Backend = "torch"
+    chain: Chain | SymbolicChain, index: Index | str, backend: Backend = "torch", threads: int = 1
 ) -> CompiledIndex:
     """Return an index as a fast function of the chain's joint values.
 
@@ -71,12 +73,16 @@ def compile_index(
         ``"torch"``: needs nothing else and runs on every device. ``"inductor"``: the same through
         ``torch.compile``, which needs a C++ compiler. ``"c"``: on the CPU, fastest for one configuration
         and for many; needs a C compiler, and is compiled once for each chain, index and processor.
+    threads
+        Number of threads that share the configurations of a call, for ``"c"``. The others use those of torch:
+        see ``torch.set_num_threads``.
 
     Raises
     ------
     ValueError
-        If the backend is unknown, the rates do not fit the chain, lengths have no value, or the index is
-        zero everywhere, as with fewer joints than rows; rows that the chain can serve are named then.
+        If the backend is unknown, more than one thread is asked for where torch computes, the rates do not
+        fit the chain, lengths have no value, or the index is zero everywhere, as with fewer joints than rows;
+        rows that the chain can serve are named then.
     TypeError
         If `chain` is no chain or `index` no index.
     CompilationFailed
@@ -90,20 +96,31 @@ def compile_index(
         raise TypeError(f"chain is {chain!r}; a Chain is needed")
     if not isinstance(index, Index | str):
         raise TypeError(f"index is {index!r}; an Index is needed, such as Index('manipulability')")
+    checks.whole(threads, "threads", least=1)
+    if threads > 1 and backend != "c":
+        raise ValueError(
+            f"threads is {threads}; backend {backend!r} uses those of torch, see torch.set_num_threads; "
+            'backend "c" takes a number of its own'
+        )
     index = Index(index) if isinstance(index, str) else index
     numeric = chain.numeric() if isinstance(chain, SymbolicChain) else chain
     require_not_zero_everywhere(index, numeric)
     symbolic = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
-    engine = InC(symbolic, index) if backend == "c" else _in_torch(derive(symbolic, index), numeric, backend)
-    return CompiledIndex(numeric, symbolic, index, backend, engine)
+    if backend == "c":
+        engine: Engine = InC(symbolic, index, threads)
+    else:
+        engine = _in_torch(derive(symbolic, index), numeric, backend)
+    return CompiledIndex(numeric, symbolic, index, backend, engine, threads)
 
 
 class CompiledIndex:
     """An index of a chain, compiled; :func:`compile_index` makes it.
 
-    It is called as what :meth:`dexterity.indices.Index.bind` returns is, and differentiable by torch in every
-    way. First derivatives in reverse mode are compiled. Where torch traces, maps or differentiates in another
-    way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the plain index computes.
+    It is called as what :meth:`dexterity.indices.Index.bind` returns is; but a numpy array gives a numpy
+    array, or a number for one configuration, which in C costs about a microsecond. It is differentiable by
+    torch in every way. First derivatives in reverse mode are compiled. Where torch traces, maps or
+    differentiates in another way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the
+    plain index computes.
 
     Where w is zero, its minimum, its gradient is zero or that of one side; that of KCI is zero there. Where
     the smallest or the largest singular value repeats, KCI has one-sided derivatives only, and the gradient
@@ -114,20 +131,28 @@ class CompiledIndex:
     """
 
     def __init__(
-        self, numeric: Chain, chain: SymbolicChain, index: Index, backend: Backend, engine: Engine
+        self,
+        numeric: Chain,
+        chain: SymbolicChain,
+        index: Index,
+        backend: Backend,
+        engine: Engine,
+        threads: int = 1,
     ) -> None:
         self._numeric = numeric
         self._chain = chain
         self._index = index
         self._backend = backend
         self._engine = engine
+        self._threads = threads
+        self._row = engine.row if isinstance(engine, InC) else None
         self._plain = index.bind(numeric)
 
     def __repr__(self) -> str:
         return f"CompiledIndex({self._index!r} of {self._chain.name!r}, backend {self._backend!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return compile_index, (self._numeric, self._index, self._backend)
+        return compile_index, (self._numeric, self._index, self._backend, self._threads)
 
     @property
     def chain(self) -> SymbolicChain:
@@ -144,7 +169,13 @@ class CompiledIndex:
         """What computes."""
         return self._backend
 
-    def __call__(self, q: TensorLike) -> Float64[Tensor, "*batch"]:
+    @overload
+    def __call__(self, q: NDArray[Any]) -> Any: ...
+
+    @overload
+    def __call__(self, q: TensorLike) -> Float64[Tensor, "*batch"]: ...
+
+    def __call__(self, q: TensorLike) -> Any:
         """Value of the index.
 
         Parameters
@@ -152,11 +183,19 @@ class CompiledIndex:
         q
             (..., n) joint values, [rad] for revolute and [m] for prismatic joints.
 
+        Returns
+        -------
+        Values (...): a tensor, or for a numpy array a numpy array.
+
         Raises
         ------
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
+        if type(q) is np.ndarray:
+            if self._row is not None and q.ndim == 1 and q.dtype == _FLOAT64:
+                return self._row(q)
+            return self(self._configurations(q)).numpy()[()]
         q = self._configurations(q)
         if _transformed(q):
             return self._plain(q)
@@ -164,9 +203,15 @@ class CompiledIndex:
             return _Differentiable.apply(q, self)  # type: ignore[no-untyped-call]
         return self._engine.values(q)
 
+    @overload
+    def value_and_gradient(self, q: NDArray[Any]) -> tuple[Any, Any]: ...
+
+    @overload
     def value_and_gradient(
         self, q: TensorLike
-    ) -> tuple[Float64[Tensor, "*batch"], Float64[Tensor, "*batch n"]]:
+    ) -> tuple[Float64[Tensor, "*batch"], Float64[Tensor, "*batch n"]]: ...
+
+    def value_and_gradient(self, q: TensorLike) -> Any:
         """Value of the index and its derivatives by the joint values.
 
         Parameters
@@ -176,14 +221,17 @@ class CompiledIndex:
 
         Returns
         -------
-        Values (...) and gradients (..., n), per [rad] or [m]. Neither requires a gradient of its own: for
-        torch's own differentiation call the index itself.
+        Values (...) and gradients (..., n), per [rad] or [m]: tensors, or numpy arrays for one. Tensors
+        require no gradient of their own: for torch's differentiation call the index itself.
 
         Raises
         ------
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
+        if type(q) is np.ndarray:
+            values, slopes = self.value_and_gradient(self._configurations(q))
+            return values.numpy()[()], slopes.numpy()
         q = self._configurations(q)
         if _transformed(q):
             gradients = torch.func.grad(lambda x: self._plain(x).sum())(q)
@@ -203,6 +251,9 @@ class CompiledIndex:
                 self._plain(q).sum(), q, create_graph=True, materialize_grads=True
             )
         return gradient
+
+
+_FLOAT64 = np.dtype(np.float64)
 
 
 def _transformed(q: Tensor) -> bool:

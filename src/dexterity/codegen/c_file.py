@@ -31,7 +31,7 @@ from dexterity.codegen.printing import C, number, template, with_angles_paired
 from dexterity.codegen.single_precision import in_single_precision
 from dexterity.program import Program
 
-__all__ = ["NOT_FINITE", "CFile", "Precision", "commented", "table"]
+__all__ = ["LANES", "NOT_FINITE", "CFile", "Precision", "commented", "table"]
 
 Precision: TypeAlias = Literal["double", "float"]
 """Type of all numbers of a C file."""
@@ -75,7 +75,8 @@ _FORMATS: dict[Precision, _Format] = {
     "float": _Format(32, 23, 127, 80, 7, 4, (16, 16, 24), 400.0),
 }
 
-_LANES = 16
+LANES = 16
+"""Configurations that a file works on side by side."""
 
 _TURN = 8
 """Revolute joints beyond this angle [rad] are brought into one turn first: more than any single turn."""
@@ -137,7 +138,7 @@ class CFile:
         return code if self.precision == "double" else in_single_precision(code)
 
     def _preamble(self) -> str:
-        return self.fill("preamble.c.in", lanes=_LANES, **self.patterns())
+        return self.fill("preamble.c.in", lanes=LANES, **self.patterns())
 
     def patterns(self) -> dict[str, object]:
         """Return the bits of some numbers, as templates take them."""

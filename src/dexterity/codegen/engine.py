@@ -16,7 +16,9 @@ from __future__ import annotations
 
 import ctypes
 import importlib.metadata
-from functools import cache
+from concurrent.futures import ThreadPoolExecutor
+from ctypes import byref, c_double
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -27,11 +29,16 @@ from torch import Tensor
 from dexterity import store
 from dexterity.chain import Chain
 from dexterity.codegen.c99 import c_source, function_name
+from dexterity.codegen.c_file import LANES
 from dexterity.codegen.library import RowFunction, cached_source, compiled_library, plain_memory
 from dexterity.derivation import SymbolicChain, derive
 from dexterity.indices import Index
 
 __all__ = ["InC", "cached_c_source"]
+
+
+_PIECE = 2048
+"""Configurations for which another thread pays, at least."""
 
 
 class InC:
@@ -41,6 +48,8 @@ class InC:
     ----------
     chain, index
         What is computed.
+    threads
+        Number of threads that share the configurations of a call.
 
     Raises
     ------
@@ -50,24 +59,51 @@ class InC:
         If the folder for compiled code cannot be written.
     """
 
-    def __init__(self, chain: SymbolicChain, index: Index) -> None:
+    def __init__(self, chain: SymbolicChain, index: Index, threads: int = 1) -> None:
         name = function_name(chain, index)
         library = compiled_library(cached_c_source(chain, index))
         self._joints = chain.joints
+        self._threads = threads
         self._batch = RowFunction(library, f"{name}_batch", chain.joints, results=1)
         self._gradient_batch = RowFunction(library, f"{name}_gradient_batch", chain.joints, results=2)
         self._row = _row_function(library, name)
 
     def values(self, q: Tensor) -> Tensor:
         """Values (...) of configurations (..., n)."""
-        return self._batch.values(q)
+        rows = plain_memory(q)
+        values = rows.new_empty(q.shape[:-1])
+        self._run(self._batch, rows, (values, 1))
+        return values if q.is_cpu else values.to(q.device)
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
         """Values (...) and gradients (..., n) of configurations (..., n)."""
         rows = plain_memory(q)
         values, gradients = rows.new_empty(q.shape[:-1]), torch.empty_like(rows)
-        self._gradient_batch(rows, values.data_ptr(), gradients.data_ptr())
+        self._run(self._gradient_batch, rows, (values, 1), (gradients, self._joints))
         return (values, gradients) if q.is_cpu else (values.to(q.device), gradients.to(q.device))
+
+    def _run(self, function: RowFunction, rows: Tensor, *results: tuple[Tensor, int]) -> None:
+        """Fill results, tensors with so many numbers for each row, in as many threads as pay."""
+        count = rows.numel() // self._joints
+        pieces = min(self._threads, count // _PIECE)
+        if pieces <= 1:
+            function(rows, *(result.data_ptr() for result, _ in results))
+            return
+        flat = rows.reshape(count, self._joints)
+        # Whole blocks of configurations that C works on side by side, so that no result depends on the threads.
+        size = -(-count // (pieces * LANES)) * LANES
+
+        def work(start: int) -> None:
+            addresses = (result.data_ptr() + 8 * width * start for result, width in results)
+            function(flat[start : start + size], *addresses)
+
+        # Calls of C run side by side: ctypes lets other threads go on meanwhile.
+        for _ in self._pool.map(work, range(0, count, size)):
+            pass
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self._threads, thread_name_prefix="dexterity")
 
     def row(self, q: NDArray[np.float64]) -> np.float64:
         """Value of one configuration (n,), at the least cost that a call from Python has.
@@ -79,9 +115,9 @@ class InC:
         """
         if q.shape != (self._joints,):
             raise ValueError(f"q has shape {q.shape}; the chain has {self._joints} joints")
-        value = ctypes.c_double()
+        value = c_double()
         # A copy in order and without gaps, at an address that ctypes takes as it is.
-        if self._row(q.astype(np.float64, copy=False).tobytes(), ctypes.byref(value)):
+        if self._row(q.tobytes(), byref(value)):
             raise ValueError("q is not finite: it holds NaN or an infinity")
         return np.float64(value.value)
 

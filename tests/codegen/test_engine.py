@@ -1,0 +1,91 @@
+"""Compiled indices as Python calls them: arrays and tensors, one configuration and many, in threads."""
+
+import pickle
+import time
+
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_array_equal
+
+import dexterity as dx
+from dexterity import symbolic
+from dexterity.codegen import library
+from dexterity.indices import Index
+
+PUMA = dx.robots.puma560()
+BACKENDS = pytest.mark.parametrize("backend", ["c", "torch"])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _a_cache_of_its_own(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DEXTERITY_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setattr(library, "FLAGS", tuple("-O1" if f == "-O3" else f for f in library.FLAGS))
+        yield
+
+
+@BACKENDS
+def test_arrays_give_arrays_and_tensors_give_tensors(rng, backend):
+    f = symbolic.compile_index(PUMA, Index("manipulability"), backend)
+    q = rng.uniform(-1, 1, (2, 5, 6))
+    values, gradients = f.value_and_gradient(q)
+    assert type(values) is type(gradients) is type(f(q)) is np.ndarray
+    expected, slopes = f.value_and_gradient(torch.from_numpy(q))
+    assert_array_equal(f(q), f(torch.from_numpy(q)).numpy())
+    assert_array_equal(values, expected.numpy())
+    assert_array_equal(gradients, slopes.numpy())
+    assert isinstance(f(q[0, 0].tolist()), torch.Tensor)
+    for row in (q[0, 0], q[1, 1, ::-1][::-1], q[0, 0].astype(">f8"), q[0, 0].astype(np.float128)):
+        assert type(f(row)) is np.float64
+        assert f(row) == pytest.approx(float(f(torch.tensor(row.astype(float)))), rel=1e-13)
+
+
+@BACKENDS
+def test_arrays_that_do_not_fit_are_refused(backend):
+    f = symbolic.compile_index(PUMA, Index("manipulability"), backend)
+    for q, message in (
+        (np.zeros(5), r"^q has shape \(5,\); the chain has 6 joints"),
+        (np.zeros((3, 7)), r"^q has shape \(3, 7\); the chain has 6 joints"),
+        (np.array([0, 0, np.nan, 0, 0, 0.0]), r"^q is not finite"),
+        (np.full((2, 6), np.inf), r"^q is not finite"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            f(q)
+        with pytest.raises(ValueError, match=message):
+            f.value_and_gradient(q)
+
+
+def test_threads_share_a_batch_without_a_difference(rng):
+    one = symbolic.compile_index(PUMA, Index("kinematic_conditioning"), "c")
+    for threads in (2, 3):
+        several = symbolic.compile_index(PUMA, Index("kinematic_conditioning"), "c", threads=threads)
+        several = pickle.loads(pickle.dumps(several))
+        for count in (0, 1, 17, 4095, 4096, 10_001):
+            q = torch.from_numpy(rng.uniform(-2, 2, (count, 6)))
+            for ours, expected in zip(several.value_and_gradient(q), one.value_and_gradient(q), strict=True):
+                assert_array_equal(ours, expected)
+        q[9_000, 2] = np.nan
+        with pytest.raises(ValueError, match=r"^q is not finite"):
+            several(q)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, "2"])
+def test_threads_are_a_whole_number(threads):
+    with pytest.raises((TypeError, ValueError), match="threads"):
+        symbolic.compile_index(PUMA, "w", "c", threads=threads)
+
+
+def test_threads_of_torch_are_those_of_torch():
+    with pytest.raises(ValueError, match=r"^threads is 2; backend 'torch' uses those of torch"):
+        symbolic.compile_index(PUMA, "w", threads=2)
+
+
+def test_one_configuration_takes_microseconds(rng):
+    """A bound with room for any machine; the benchmarks have the times."""
+    f = symbolic.compile_index(PUMA, Index("manipulability"), "c")
+    q = rng.uniform(-1, 1, 6)
+    start = time.thread_time()
+    for _ in range(1000):
+        f(q)
+    assert time.thread_time() - start < 0.02
