@@ -116,11 +116,10 @@ def compile_index(
 class CompiledIndex:
     """An index of a chain, compiled; :func:`compile_index` makes it.
 
-    It is called as what :meth:`dexterity.indices.Index.bind` returns is; but a numpy array gives a numpy
-    array, or a number for one configuration, which in C costs about a microsecond. It is differentiable by
-    torch in every way. First derivatives in reverse mode are compiled. Where torch traces, maps or
-    differentiates in another way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the
-    plain index computes.
+    It is called as what :meth:`dexterity.indices.Index.bind` returns is; but one configuration as a numpy array
+    of doubles gives a number of numpy, in C after about a microsecond. It is differentiable by torch in every
+    way. First derivatives in reverse mode are compiled. Where torch traces, maps or differentiates in another
+    way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the plain index computes.
 
     Where w is zero, its minimum, its gradient is zero or that of one side; that of KCI is zero there. Where
     the smallest or the largest singular value repeats, KCI has one-sided derivatives only, and the gradient
@@ -145,7 +144,6 @@ class CompiledIndex:
         self._backend = backend
         self._engine = engine
         self._threads = threads
-        self._row = engine.row if isinstance(engine, InC) else None
         self._plain = index.bind(numeric)
 
     def __repr__(self) -> str:
@@ -185,17 +183,16 @@ class CompiledIndex:
 
         Returns
         -------
-        Values (...): a tensor, or for a numpy array a numpy array.
+        Values (...); for one configuration as a numpy array of doubles a number of numpy, in C at the least
+        cost that a call has.
 
         Raises
         ------
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        if type(q) is np.ndarray:
-            if self._row is not None and q.ndim == 1 and q.dtype == _FLOAT64:
-                return self._row(q)
-            return self(self._configurations(q)).numpy()[()]
+        if type(q) is np.ndarray and q.ndim == 1 and q.dtype == _FLOAT64:
+            return self._engine.row(q) if isinstance(self._engine, InC) else self(q[None]).numpy()[0]
         q = self._configurations(q)
         if _transformed(q):
             return self._plain(q)
@@ -203,15 +200,9 @@ class CompiledIndex:
             return _Differentiable.apply(q, self)  # type: ignore[no-untyped-call]
         return self._engine.values(q)
 
-    @overload
-    def value_and_gradient(self, q: NDArray[Any]) -> tuple[Any, Any]: ...
-
-    @overload
     def value_and_gradient(
         self, q: TensorLike
-    ) -> tuple[Float64[Tensor, "*batch"], Float64[Tensor, "*batch n"]]: ...
-
-    def value_and_gradient(self, q: TensorLike) -> Any:
+    ) -> tuple[Float64[Tensor, "*batch"], Float64[Tensor, "*batch n"]]:
         """Value of the index and its derivatives by the joint values.
 
         Parameters
@@ -221,17 +212,14 @@ class CompiledIndex:
 
         Returns
         -------
-        Values (...) and gradients (..., n), per [rad] or [m]: tensors, or numpy arrays for one. Tensors
-        require no gradient of their own: for torch's differentiation call the index itself.
+        Values (...) and gradients (..., n), per [rad] or [m]: tensors without a
+        gradient of their own. For torch's differentiation call the index itself.
 
         Raises
         ------
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        if type(q) is np.ndarray:
-            values, slopes = self.value_and_gradient(self._configurations(q))
-            return values.numpy()[()], slopes.numpy()
         q = self._configurations(q)
         if _transformed(q):
             gradients = torch.func.grad(lambda x: self._plain(x).sum())(q)

@@ -19,17 +19,19 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dexterity import store
 from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
-from dexterity.codegen.costs import Costs, costs
-from dexterity.codegen.heading import geometry, heading
+from dexterity.codegen.costs import Costs, costs, memory
+from dexterity.codegen.heading import geometry, heading, printable
 from dexterity.codegen.names import words
 from dexterity.codegen.reference import references
 from dexterity.derivation import Derivation, SymbolicChain
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.indices import Index
+from dexterity.program import Program
 
 __all__ = ["ZERO", "c_files", "c_source", "function_name"]
 
@@ -107,8 +109,13 @@ def _parts(derivation: Derivation, name: str | None, precision: Precision) -> tu
     )
     lines = [
         *heading(derivation, epsilon=file.epsilon),
-        f"Worst case for a value: {computation.value}.",
-        f"Worst case for a value and its gradient: {computation.gradient}.",
+        *printable(
+            [
+                f"Worst case for a value: {computation.value}.",
+                f"Worst case for a value and its gradient: {computation.gradient}.",
+                _memory(file, computation, joints, values_too),
+            ]
+        ),
         *geometry(derivation.chain),
     ]
     header = file.fill(
@@ -124,6 +131,12 @@ def _parts(derivation: Derivation, name: str | None, precision: Precision) -> tu
     return file, header, code
 
 
+def _memory(file: CFile, computation: _Computation, joints: int, values_too: bool) -> str:
+    rows = (2 if values_too else 1) * joints + 1 + joints + computation.rows
+    constants = 4 * (2 * joints + 1)
+    return memory(computation.programs, rows, file.number_bytes, constants, f"{file.name.upper()}_")
+
+
 @dataclass(frozen=True)
 class _Computation:
     """C functions ``value`` and ``value_and_gradient`` of configurations side by side.
@@ -134,11 +147,17 @@ class _Computation:
         Their text.
     value, gradient
         Operations that the two functions need at most.
+    programs
+        What is written out.
+    rows
+        Rows of numbers on the stack at a time, beside inputs and outputs.
     """
 
     code: str
     value: Costs
     gradient: Costs
+    programs: Sequence[Program]
+    rows: int
 
 
 def _computation(derivation: Derivation, file: CFile) -> _Computation:
@@ -155,7 +174,8 @@ def _computation(derivation: Derivation, file: CFile) -> _Computation:
 def _closed(derivation: Derivation, file: CFile) -> _Computation:
     programs = {"value": derivation.value, "value_and_gradient": derivation.value_and_gradient}
     code = "\n".join(file.loop(name, program) for name, program in programs.items())
-    return _Computation(code, *map(costs, programs.values()))
+    value, gradient = map(costs, programs.values())
+    return _Computation(code, value, gradient, [*programs.values()], 0)
 
 
 def _spectral(derivation: Derivation, file: CFile) -> _Computation:
@@ -190,4 +210,5 @@ def _spectral(derivation: Derivation, file: CFile) -> _Computation:
     rotations = Costs(arithmetic=18 * m + 20, roots=3) * pairs
     vectors = Costs(arithmetic=24 * m * m, roots=6)
     gradient = value + needed["triangle"] + rotations + vectors + needed["gradient_of_vectors"]
-    return _Computation(code, value, gradient)
+    rows = m * (m + 1) // 2 + 2 * m * m + 12 * m + derivation.chain.joints + 12
+    return _Computation(code, value, gradient, [*programs.values()], rows)

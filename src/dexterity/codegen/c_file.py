@@ -108,6 +108,11 @@ class CFile:
             raise ValueError(f"precision is {self.precision!r}; {get_args(Precision)} are known")
 
     @property
+    def number_bytes(self) -> int:
+        """Size of a number [bytes]."""
+        return self._format.bits // 8
+
+    @property
     def epsilon(self) -> float:
         """Largest relative rounding error of a number."""
         return 2.0 ** -(self._format.mantissa + 1)

@@ -22,6 +22,7 @@ from dexterity import store
 from dexterity.chain import Chain
 from dexterity.codegen.angles import needs_values, with_angles_apart
 from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
+from dexterity.codegen.costs import memory
 from dexterity.codegen.heading import geometry, joints, printable
 from dexterity.codegen.names import words
 from dexterity.codegen.pose import kinematics
@@ -99,6 +100,13 @@ def _parts(chain: Chain | SymbolicChain, name: str | None, precision: Precision)
             "Units: metres and radians. Matrices are stored row by row.",
             f"Accuracy: a few rounding errors ({file.epsilon:.0e}) of the largest length.",
             "Revolute joints may have any finite value; they are brought into one turn.",
+            memory(
+                [one.program for one in maps],
+                2 * chain.joints + max(16, 6 * chain.joints),
+                file.number_bytes,
+                2 * (16 + 19 * chain.joints),
+                f"{name.upper()}_",
+            ),
         ]
     )
     header = file.fill(

@@ -15,15 +15,17 @@ Costs(arithmetic=2, roots=1, sine_cosines=1)
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import sympy
 
 from dexterity import operations
+from dexterity.codegen.c_file import LANES
 from dexterity.codegen.printing import with_angles_paired
 from dexterity.program import Program
 
-__all__ = ["Costs", "costs"]
+__all__ = ["Costs", "costs", "memory"]
 
 
 @dataclass(frozen=True)
@@ -72,3 +74,53 @@ def costs(program: Program) -> Costs:
         arithmetic += operations.count([expression]).total
         roots += sum(1 for power in expression.atoms(sympy.Pow) if power.exp.is_Rational and power.exp.q == 2)
     return Costs(arithmetic - roots, roots, angles)
+
+
+_BYTES_OF_CODE = 16
+"""Code for an operation, at most, on 64-bit processors with -Os."""
+
+_FIXED = 4096
+"""Code of the loops and checks around the programs, and of elementary functions."""
+
+_FRAMES = 1024
+"""Stack of the functions themselves."""
+
+
+def memory(programs: Iterable[Program], rows: int, number_bytes: int, constants: int, prefix: str) -> str:
+    """Say how much memory a file needs at most, compiled with -Os.
+
+    Parameters
+    ----------
+    programs
+        Programs that are written out.
+    rows
+        Rows of numbers, one for each configuration side by side, that lie on the stack at a time.
+    number_bytes
+        Size of a number.
+    constants
+        Numbers of tables.
+    prefix
+        What macros of the file begin with.
+    """
+    programs = list(programs)
+    needed = sum(map(costs, programs), Costs())
+    operations_in_all = needed.arithmetic + needed.roots + 8 * needed.sine_cosines
+    outputs = sum(len(program.inputs) + len(program.outputs) for program in programs)
+    code = _FIXED + _BYTES_OF_CODE * (operations_in_all + outputs) + number_bytes * constants
+    # Compilers reorder steps, and keep more values at a time than the order of the steps asks for.
+    spilled = 4 * max(map(_live, programs))
+    stack, least = (_FRAMES + number_bytes * (lanes * rows + spilled) for lanes in (LANES, 1))
+    return (
+        f"Memory with -Os: at most {code} bytes of code and constants, none that is written; "
+        f"stack at most {stack} bytes, {least} where {prefix}LANES is 1"
+    )
+
+
+def _live(program: Program) -> int:
+    """Largest number of values that are needed later on, at any step."""
+    live: set[sympy.Symbol] = set().union(*(output.free_symbols for output in program.outputs))
+    most = len(live)
+    for symbol, expression in reversed(program.steps):
+        live = (live - {symbol}) | expression.free_symbols
+        most = max(most, len(live))
+    return most

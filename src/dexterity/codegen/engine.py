@@ -90,7 +90,7 @@ class InC:
             function(rows, *(result.data_ptr() for result, _ in results))
             return
         flat = rows.reshape(count, self._joints)
-        # Whole blocks of configurations that C works on side by side, so that no result depends on the threads.
+        # Whole blocks that C works on side by side: no result depends on the threads.
         size = -(-count // (pieces * LANES)) * LANES
 
         def work(start: int) -> None:
