@@ -116,8 +116,8 @@ def compile_index(
 class CompiledIndex:
     """An index of a chain, compiled; :func:`compile_index` makes it.
 
-    It is called as what :meth:`dexterity.indices.Index.bind` returns is; but one configuration as a numpy array
-    of doubles gives a number of numpy, in C after about a microsecond. It is differentiable by torch in every
+    It is called as what :meth:`dexterity.indices.Index.bind` returns is; but one configuration as an array
+    of numpy doubles gives a numpy number, in C after about a microsecond. It is differentiable by torch in every
     way. First derivatives in reverse mode are compiled. Where torch traces, maps or differentiates in another
     way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the plain index computes.
 
