@@ -117,9 +117,10 @@ class CompiledIndex:
     """An index of a chain, compiled; :func:`compile_index` makes it.
 
     It is called as what :meth:`dexterity.indices.Index.bind` returns is; but one configuration as an array
-    of numpy doubles gives a numpy number, in C after about a microsecond. It is differentiable by torch in every
-    way. First derivatives in reverse mode are compiled. Where torch traces, maps or differentiates in another
-    way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the plain index computes.
+    of numpy doubles gives a numpy number, in C after about a microsecond. It is differentiable by torch in
+    every way. First derivatives in reverse mode are compiled. Where torch traces, maps or differentiates in
+    another way (second derivatives, forward mode, ``torch.func``, ``torch.compile``), the plain index
+    computes.
 
     Where w is zero, its minimum, its gradient is zero or that of one side; that of KCI is zero there. Where
     the smallest or the largest singular value repeats, KCI has one-sided derivatives only, and the gradient
