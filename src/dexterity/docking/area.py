@@ -81,7 +81,10 @@ def inverse_kinematics(arm: Chain, T_base_tool: TensorLike) -> Solutions:
     ------
     ValueError
         If the arm has no spherical wrist, or a pose is not rigid or not finite.
+    TypeError
+        If the arm is no chain.
     """
+    checks.instance(arm, "arm", Chain)
     q, valid = spherical_wrist(arm, T_base_tool)
     moved, within_limits = nearest_copy(arm, q)
     return Solutions(moved, valid, within_limits)
@@ -194,7 +197,7 @@ def largest_manipulability(
         If a shape does not fit, something is not finite, there is no control point, the orientation is no
         rotation, or the arm has no spherical wrist.
     """
-    elbow = _elbow_arm(arm)
+    elbow = _elbow_arm(checks.instance(arm, "arm", Chain))
     pose, points, R = _poses(pose), control_points(points), orientation(tool)
     rows = pose.reshape(-1, pose.shape[-1])
     at_once = max(1, _NUMBERS_AT_ONCE // len(points))
@@ -212,7 +215,7 @@ def area_manipulability(
 
     Parameters, frames and errors are those of `largest_manipulability`.
     """
-    if _elbow_arm(arm) is not None:
+    if _elbow_arm(checks.instance(arm, "arm", Chain)) is not None:
         return largest_manipulability(arm, pose, points, tool).amin(-1)
     pose, points = _poses(pose), control_points(points)
     rows = pose.reshape(-1, pose.shape[-1])

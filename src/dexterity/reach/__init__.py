@@ -10,6 +10,7 @@ Examples
 from typing import TYPE_CHECKING
 
 from dexterity import lazy
+from dexterity.reach.inverse_map import InverseReachMap
 from dexterity.reach.placements import Placement, Placements
 from dexterity.reach.placing import place
 from dexterity.reach.positions import ball, bounds, box
@@ -19,6 +20,7 @@ from dexterity.reach.surveys import survey
 from dexterity.reach.tool_poses import panel, planar_bases, pointing, seam
 
 __all__ = [
+    "InverseReachMap",
     "Placement",
     "Placements",
     "ReachMap",

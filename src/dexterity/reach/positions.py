@@ -50,8 +50,9 @@ def box(lower: TensorLike, upper: TensorLike, spacing: float) -> Float64[Tensor,
     low, high = (_point(corner, name) for corner, name in ((lower, "lower"), (upper, "upper")))
     if (low > high).any():
         raise ValueError(f"lower is {low.tolist()} and exceeds upper, {high.tolist()}")
-    steps = [math.ceil(side / checks.positive(spacing, "spacing") - 1e-9) for side in (high - low).tolist()]
-    _require_few(math.prod(count + 1 for count in steps), spacing)
+    sides = ((high - low) / checks.positive(spacing, "spacing")).tolist()
+    _require_few(math.prod(side + 1 for side in sides), spacing)
+    steps = [math.ceil(side - 1e-9) for side in sides]
     axes = [
         torch.linspace(a, b, n + 1, dtype=torch.float64) for a, b, n in zip(low, high, steps, strict=True)
     ]
@@ -76,8 +77,9 @@ def ball(centre: TensorLike, radius: float, spacing: float) -> Float64[Tensor, "
         If the centre is no point, a length is not positive, or there are more than ten million positions.
     """
     middle = _point(centre, "centre")
-    count = math.floor(checks.positive(radius, "radius") / checks.positive(spacing, "spacing") + 1e-9)
-    _require_few((2 * count + 1) ** 3, spacing)
+    ratio = checks.positive(radius, "radius") / checks.positive(spacing, "spacing")
+    _require_few(ratio * ratio * ratio, spacing)
+    count = math.floor(ratio + 1e-9)
     side = spacing * torch.arange(-count, count + 1, dtype=torch.float64)
     offsets = torch.cartesian_prod(side, side, side)
     return middle + offsets[offsets.norm(dim=-1) <= radius * (1 + 1e-9)]
@@ -134,8 +136,8 @@ def _point(value: TensorLike, name: str) -> Tensor:
     return point.clone()
 
 
-def _require_few(count: int, spacing: float) -> None:
-    if count > _MOST:
+def _require_few(count: float, spacing: float) -> None:
+    if not count <= _MOST:
         raise ValueError(
             f"spacing is {spacing}, which makes {count:.3g} positions; at most {_MOST:.0e} are taken"
         )

@@ -35,6 +35,7 @@ from torch import Tensor
 
 from dexterity import checks, sealed, spatial, store
 from dexterity.chain import Chain
+from dexterity.reach.inverse_map import InverseReachMap
 from dexterity.reach.missed import Missed
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
@@ -275,6 +276,31 @@ class ReachMap:
         chord, rotation = cKDTree(self.rotations.flatten(1).numpy()).query(T[..., :3, :3].flatten(-2).numpy())
         angle = 2 * np.arcsin(np.clip(chord / (2 * math.sqrt(2)), 0, 1))
         return Nearest(*(torch.as_tensor(x) for x in (position, rotation, distance, angle)))
+
+    def inverted(self) -> InverseReachMap:
+        """Return the poses of the base from which the poses of the map are reached."""
+        return InverseReachMap(self)
+
+    def compared(self, other: ReachMap) -> dict[str, float]:
+        """Return how another map of the same poses differs, as numbers of poses by name.
+
+        Raises
+        ------
+        ValueError
+            If the maps have different positions or rotations.
+        """
+        pairs = ((self.positions, other.positions), (self.rotations, other.rotations))
+        if not all(a.shape == b.shape and torch.equal(a, b) for a, b in pairs):
+            raise ValueError(f"other is {other!r}; a map of the same positions and rotations is needed")
+        both = self.reached & other.reached
+        ratio = other.best[both] / self.best[both]
+        return {
+            "reached in both": int(both.sum()),
+            "reached here only": int((self.reached & ~other.reached).sum()),
+            "reached there only": int((other.reached & ~self.reached).sum()),
+            "reached in neither": int((~self.reached & ~other.reached).sum()),
+            "median ratio of the index, there to here": float(ratio.median()) if len(ratio) else math.nan,
+        }
 
     # ---- files ---------------------------------------------------------------------------------------
 

@@ -185,8 +185,11 @@ def _vector(value: TensorLike, name: str) -> Tensor:
 
 def _direction(value: TensorLike, name: str) -> Tensor:
     vector = _vector(value, name)
-    if not float(vector.norm()) > 0:
+    largest = vector.abs().max()
+    if not float(largest) > 0:
         raise ValueError(f"{name} is zero; a direction is needed")
+    # First by the largest entry, so that no square overflows.
+    vector = vector / largest
     return vector / vector.norm()
 
 
