@@ -265,3 +265,13 @@ def test_the_wrong_number_of_rates_is_refused_when_bound(name):
     index = Index("tool_deviation", **{name: (1.0,) * 5})
     with pytest.raises(ValueError, match=rf"^{name} has shape \(5,\); \(6,\) is needed"):
         index.bind(PUMA)
+
+
+@pytest.mark.parametrize("name", ["manipulability", "kinematic_conditioning", "velocity_ellipsoid"])
+def test_numbers_whose_squares_overflow_are_refused(name):
+    with pytest.raises(ValueError, match=r"^J holds numbers beyond 1e\+150"):
+        getattr(indices, name)(np.full((6, 6), 1e154))
+    uvms = dx.robots.uvms()
+    for f in (Index("w").bind(uvms), Index("kci").bind(uvms)):
+        with pytest.raises(ValueError, match=r"^q holds numbers beyond 1e\+150"):
+            f([1e154] * 12)
