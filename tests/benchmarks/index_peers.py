@@ -62,6 +62,9 @@ def ours(chain: Chain, index: Index) -> list[Peer]:
     for backend, name in (("c", "C"), ("torch", "generated torch")):
         f = compile_index(chain, index, backend=backend)
         peers.append(Peer(f"dexterity, {name}", f, f.value_and_gradient, "tensors"))
+    single, shared = compile_index(chain, index, "c"), compile_index(chain, index, "c", threads=2)
+    peers.append(Peer("dexterity, C, two threads", shared, shared.value_and_gradient, "tensors"))
+    peers.append(Peer("dexterity, C, numpy in and out", single, None, "rows", most=1))
     return peers
 
 

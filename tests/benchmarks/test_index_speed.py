@@ -54,12 +54,24 @@ def table() -> pd.DataFrame:
 
 def test_w_of_many_configurations(table: pd.DataFrame):
     ratio = table["ratio"][W.title, VALUE, 100_000]
-    assert ratio[PINOCCHIO] >= 100
+    assert ratio[PINOCCHIO] >= 250
     assert ratio[ratio.index.str.startswith("batched numpy")].min() >= 40
 
 
 def test_kci_of_many_configurations(table: pd.DataFrame):
-    assert table["ratio"][KCI.title, VALUE, 100_000][PINOCCHIO] >= 50
+    assert table["ratio"][KCI.title, VALUE, 100_000][PINOCCHIO] >= 130
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="two processors are needed")
+@pytest.mark.parametrize("case", [W, KCI], ids=lambda case: case.name)
+def test_two_threads_are_nearly_twice_as_fast(table: pd.DataFrame, case: Case):
+    assert table["ratio"][case.title, VALUE, 100_000]["dexterity, C, two threads"] <= 1 / 1.8
+
+
+@pytest.mark.parametrize("case", [W, KCI], ids=lambda case: case.name)
+def test_one_configuration_of_numpy_takes_two_microseconds(table: pd.DataFrame, case: Case):
+    """The call from Python with its checks takes most of it."""
+    assert table["median"][case.title, VALUE, 1]["dexterity, C, numpy in and out"] <= 2e-6
 
 
 def test_w_of_one_configuration_costs_no_more_than_by_pinocchio(table: pd.DataFrame):
@@ -107,7 +119,8 @@ def check_that_they_agree(peers: list[Peer], q: torch.Tensor) -> None:
     for peer in peers:
         call = peer.given(q)
         if peer.value:
-            np.testing.assert_allclose(np.asarray(call(peer.value)), values, rtol=1e-9, err_msg=peer.name)
+            value, expected = np.asarray(call(peer.value)), values[: peer.most]
+            np.testing.assert_allclose(value, expected, rtol=1e-9, err_msg=peer.name)
         if peer.value_and_gradient:
             found = call(peer.value_and_gradient)
             value, gradient = zip(*found, strict=True) if isinstance(found, list) else found

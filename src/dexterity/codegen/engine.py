@@ -95,7 +95,7 @@ class InC:
 
         def work(start: int) -> None:
             addresses = (result.data_ptr() + 8 * width * start for result, width in results)
-            function(flat[start : start + size], *addresses)
+            function(flat[start : start + size], *addresses, first=start)
 
         # Calls of C run side by side: ctypes lets other threads go on meanwhile.
         for _ in self._pool.map(work, range(0, count, size)):

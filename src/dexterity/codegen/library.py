@@ -172,8 +172,17 @@ class RowFunction:
         pointer, size = ctypes.c_void_p, ctypes.c_size_t
         self._function.argtypes = [pointer, size, size, *[pointer] * results]
 
-    def __call__(self, rows: Tensor, *results: int) -> None:
+    def __call__(self, rows: Tensor, *results: int, first: int = 0) -> None:
         """Run on rows in plain memory, and write to the addresses of `results`.
+
+        Parameters
+        ----------
+        rows
+            (..., n) joint values.
+        results
+            Addresses of the arrays to write.
+        first
+            Number of the first row, for the error.
 
         Raises
         ------
@@ -182,7 +191,9 @@ class RowFunction:
         """
         error = self._function(rows.data_ptr(), rows.numel() // self._joints, self._joints, *results)
         if error == NOT_FINITE:
-            raise ValueError("q is not finite: it holds NaN or an infinity")
+            finite = rows.reshape(-1, self._joints).isfinite().all(-1)
+            where = f", first in row {first + int(finite.int().argmin())}" if len(finite) > 1 else ""
+            raise ValueError(f"q is not finite: it holds NaN or an infinity{where}")
         if error:
             raise RuntimeError(f"the compiled function returned error {error}")
 
