@@ -485,11 +485,12 @@ def relevant_joints(chain: Chain, index: Index) -> tuple[int, ...]:
 
 def _slopes(function: Callable[[Tensor], Tensor], chain: Chain) -> tuple[Tensor, Tensor]:
     """Largest absolute derivative along each joint (n), and the values, at points within the limits."""
-    lower, upper = (limits.clamp(-math.pi, math.pi) for limits in (chain.lower, chain.upper))
-    u = torch.rand(64, chain.joints, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
-    q = torch.lerp(lower, upper, u).requires_grad_()
-    values = function(q)
-    (gradients,) = torch.autograd.grad(values.sum(), q)
+    with spatial.differentiation():
+        lower, upper = (limits.clamp(-math.pi, math.pi) for limits in (chain.lower, chain.upper))
+        u = torch.rand(64, chain.joints, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+        q = torch.lerp(lower, upper, u).requires_grad_()
+        values = function(q)
+        (gradients,) = torch.autograd.grad(values.sum(), q)
     return gradients.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0).abs().amax(0), values.detach()
 
 

@@ -338,8 +338,8 @@ class _PlainInTorch:
         return values.reshape(q.shape[:-1]), gradients.reshape(q.shape)
 
     def _of_piece(self, q: Tensor) -> tuple[Tensor, Tensor]:
-        with torch.enable_grad():
-            q = q.detach().requires_grad_()
+        with spatial.differentiation():
+            q = q.detach().clone().requires_grad_()
             values = self._plain(q)
             (gradients,) = torch.autograd.grad(values.sum(), q)
         return values.detach(), gradients

@@ -66,6 +66,7 @@ class Chain(Kinematics):
         If an argument is of another type.
     """
 
+    @torch.inference_mode(False)  # its tensors serve in every mode
     def __init__(
         self,
         screws: TensorLike,

@@ -19,6 +19,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from dexterity import spatial
 from dexterity.chain import Chain
 from dexterity.derivation import Derivation
 
@@ -40,9 +41,10 @@ def references(derivation: Derivation) -> References:
     """Return the index by its definition, with its gradient by automatic differentiation."""
     chain = derivation.chain.numeric()
     index = derivation.index.bind(chain)
-    q = regular_rows(chain).requires_grad_()
-    values = index(q)
-    (gradients,) = torch.autograd.grad(values.sum(), q)
+    with spatial.differentiation():
+        q = regular_rows(chain).clone().requires_grad_()
+        values = index(q)
+        (gradients,) = torch.autograd.grad(values.sum(), q)
     # Where an index is zero everywhere it has no derivative, and generated code returns zero.
     gradients = torch.where(values[:, None] == 0, 0.0, gradients)
     return References(q.detach().numpy(), values.detach().numpy(), gradients.numpy())

@@ -201,6 +201,7 @@ class Index:
 
         return value
 
+    @torch.inference_mode(False)  # its constants serve in every mode
     def bind(self, chain: Chain) -> Callable[[TensorLike], Float64[Tensor, "*batch"]]:
         """Return the index as a function of the chain's joint values: (..., n) → (...).
 

@@ -127,8 +127,8 @@ def null_space_step(
     q
         (..., n) joint values, [rad] or [m], within the limits.
     objective
-        What to increase: an index, bound or compiled, or any function of joint values (..., n) that torch can
-        differentiate; or its gradient (..., n).
+        What to increase: an index, plain, bound or compiled; any function of joint values (..., n) that
+        torch can differentiate; or its gradient (..., n).
     gain
         Length of the step relative to the projected gradient; positive.
     pose
@@ -154,7 +154,7 @@ def null_space_step(
     if (q < chain.lower.to(q.device) - ROUNDING).any() or (q > chain.upper.to(q.device) + ROUNDING).any():
         raise ValueError("q is beyond the limits of the chain; a step starts within them")
     if callable(objective):
-        gradient = slope(checks.function(objective, "objective"), q)
+        gradient = slope(bound_objective(chain, objective, "objective"), q)
     else:
         gradient = spatial.to_float64(objective, "objective")
     if gradient.shape != q.shape:
@@ -169,6 +169,18 @@ def null_space_step(
     return moved.reshape(q.shape)
 
 
+def bound_objective(chain: Chain, objective: Any, name: str) -> Objective:
+    """Return a function of joint values; an index is bound to the chain.
+
+    Raises
+    ------
+    TypeError
+        If it is no function.
+    """
+    bind = getattr(objective, "bind", None)
+    return checks.function(objective if bind is None else bind(chain), name)
+
+
 def slope(objective: Objective, q: Float64[Tensor, "*batch n"]) -> Float64[Tensor, "*batch n"]:
     """Gradient of an objective, by its own ``value_and_gradient`` if it has one, else by torch.
 
@@ -180,8 +192,7 @@ def slope(objective: Objective, q: Float64[Tensor, "*batch n"]) -> Float64[Tenso
     own: Any = getattr(objective, "value_and_gradient", None)
     if own is not None:
         return spatial.to_float64(own(q)[1], "gradient of the objective")
-    # A gradient is needed in inference mode as well, where tensors take part in none: a copy does.
-    with torch.inference_mode(False), torch.enable_grad():
+    with spatial.differentiation():
         at = q.detach().clone().requires_grad_()
         value = objective(at)
         if not value.requires_grad:

@@ -24,7 +24,13 @@ from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.indices.rows import Rows, row_numbers
 from dexterity.inverse_kinematics.closed_forms import Form, form_of, reasons
-from dexterity.inverse_kinematics.null_space import Objective, held_step, null_direction, slope
+from dexterity.inverse_kinematics.null_space import (
+    Objective,
+    bound_objective,
+    held_step,
+    null_direction,
+    slope,
+)
 from dexterity.inverse_kinematics.refinement import require_values
 from dexterity.inverse_kinematics.seeds import Ends, distinct, search
 from dexterity.inverse_kinematics.solutions import SeedsEnded, Solutions
@@ -162,8 +168,7 @@ def _objective(chain: Chain, secondary: Secondary | None) -> Objective | None:
     if isinstance(secondary, str):
         checks.choice(secondary, "secondary", ("centre",))
         return _centring(chain)
-    bound: Any = getattr(secondary, "bind", None)
-    return checks.function(secondary if bound is None else bound(chain), "secondary")
+    return bound_objective(chain, secondary, "secondary")
 
 
 def _centring(chain: Chain) -> Objective:

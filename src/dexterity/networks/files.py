@@ -81,6 +81,7 @@ def save(network: Network, path: str | os.PathLike[str], card: Mapping[str, Any]
     store.write_atomically(path, content)
 
 
+@torch.inference_mode(False)  # its weights serve in every mode
 def load(path: str | os.PathLike[str]) -> Network:
     """Return the network of a file, with its card.
 

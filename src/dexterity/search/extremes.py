@@ -155,8 +155,7 @@ def _climbed(
 
 def _value_and_slope(f: Callable[[Tensor], Tensor], space: Space, u: Tensor) -> tuple[Tensor, Tensor]:
     """Values (B) of a function, and how they rise with the coordinates of the unit cube (B, m)."""
-    # A gradient is needed in inference mode as well, where tensors take part in none: a copy does.
-    with torch.inference_mode(False), torch.enable_grad():
+    with spatial.differentiation():
         u = u.detach().clone().requires_grad_()
         q = space.from_unit(u)
         own: Any = getattr(f, "value_and_gradient", None)

@@ -43,6 +43,7 @@ from dexterity.spatial.rotations import (
 from dexterity.spatial.values import (
     TensorLike,
     are_readable,
+    differentiation,
     require_finite_result,
     require_joints,
     to_extended_float64,
@@ -56,6 +57,7 @@ __all__ = [
     "apply",
     "are_readable",
     "compose",
+    "differentiation",
     "exp",
     "from_quaternion",
     "from_rpy",

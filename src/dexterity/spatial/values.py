@@ -19,7 +19,8 @@ ValueError: speed is not finite: it holds NaN or an infinity
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -31,6 +32,7 @@ from torch import Tensor
 __all__ = [
     "TensorLike",
     "are_readable",
+    "differentiation",
     "require_finite_result",
     "require_joints",
     "to_extended_float64",
@@ -39,6 +41,16 @@ __all__ = [
 
 TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
 """Real numbers: a tensor, a numpy array, a nested sequence of numbers or tensors, or a number."""
+
+
+@contextmanager
+def differentiation() -> Iterator[None]:
+    """Let torch differentiate what is computed inside, in whatever mode the caller is.
+
+    Tensors of the caller's inference mode must be cloned inside before they take part.
+    """
+    with torch.inference_mode(False), torch.enable_grad():
+        yield
 
 
 def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:

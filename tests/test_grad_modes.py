@@ -1,0 +1,41 @@
+"""Functions that differentiate inside work without gradients, and poison nothing for later."""
+
+import pytest
+import torch
+
+import dexterity as dx
+from dexterity.networks.worst_case import Search, worst_case
+
+PANDA = [0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5]
+
+
+@pytest.mark.parametrize("mode", [torch.no_grad, torch.inference_mode])
+def test_functions_that_differentiate_inside_answer_in_every_mode(mode):
+    index = dx.indices.Index("w", "geometric")
+    with mode():
+        puma, panda = dx.robots.load("puma560"), dx.robots.load("panda")
+        assert dx.sampling.relevant_joints(puma, index) == (1, 2, 3, 4)
+        along = dx.indices.Index("velocity_ratio", "geometric", rows="translational", direction="vz")
+        value, gradient = dx.symbolic.compile_index(puma, along).value_and_gradient([0.1] * 6)
+        assert value > 0
+        assert gradient.abs().max() > 0
+        moved = dx.inverse_kinematics.null_space_step(panda, PANDA, index)
+        assert index(panda, moved) > index(panda, PANDA)
+        space = dx.sampling.Box([-0.5] * 6, [0.5] * 6)
+        extremes = dx.search.extremes(index.bind(puma), space)
+        assert extremes.highest.value > extremes.lowest.value
+        target = panda.forward(PANDA)
+        assert dx.inverse_kinematics.solve(panda, target, seeds=8, secondary=index).reached
+        network, w = dx.networks.load_shipped("uvms-manipulability-feed-forward"), dx.indices.Index("w")
+        found = worst_case(
+            network,
+            w.bind(dx.robots.uvms()),
+            dx.sampling.uvms_space("manipulability"),
+            Search(256, 16, 8, steps=5),
+        )
+        assert 0 < found.error < 1
+        speed = index.bind(puma)
+    q = torch.full((6,), 0.2, dtype=torch.float64, requires_grad=True)
+    for f in (speed, lambda q: puma.forward(q).sum(), lambda q: network(torch.cat([q, q]))):
+        (slope,) = torch.autograd.grad(f(q), q)
+        assert slope.isfinite().all()
