@@ -71,6 +71,7 @@ for name in dx.robots.names():
     tools[name] = chain.forward(q).tolist()
 puma, index = dx.robots.puma560(), dx.indices.Index("manipulability")
 ranking = dx.tasks.rank(dx.robots.uvms(), [[0.1] * 12, [0.2] * 12], "welding")
+shipped = {name: dx.networks.load_shipped(name) for name in dx.networks.shipped()}
 print(json.dumps({
     "in a source tree": store.repository() is not None,
     "tools": tools,
@@ -78,7 +79,7 @@ print(json.dumps({
     "values": ranking.values.tolist(),
     "compiled": dx.symbolic.compile_index(puma, index)([0.1] * 6).item(),
     "source": dx.symbolic.c_source(dx.symbolic.derive(puma, index)),
-    "networks": {name: dx.networks.load_shipped(name)([0.1] * 12).item() for name in dx.networks.shipped()},
+    "networks": {name: network([0.1] * network.joints).item() for name, network in shipped.items()},
 }))
 """
 

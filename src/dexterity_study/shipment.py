@@ -129,13 +129,16 @@ _LEARNED: Sequence[tuple[Index, float, Sequence[str]]] = (
         0.005,
         ("panda", "ur5e", "puma560", "docking_arm", "iiwa14", "oberon7", "reach_bravo7"),
     ),
-    (Index("isotropy", "geometric"), 0.005, ("panda", "ur5e", "iiwa14", "reach_bravo7")),
+    (Index("isotropy", "geometric"), 0.005, ("panda", "ur5e", "iiwa14")),
+    # A cubic polynomial errs by 0.2 % here.
+    (Index("isotropy", "geometric"), 0.001, ("reach_bravo7",)),
+    (Index("smallest_singular_value", "geometric", rows="translational"), 0.001, ("ur5e",)),
     (
         Index("guaranteed_speed", "geometric", rows="translational"),
         0.02,
         ("panda", "ur5e", "reach_bravo7", "reach_alpha5"),
     ),
-    (Index("smallest_singular_value", "geometric", rows="translational"), 0.005, ("ur5e", "reach_alpha5")),
+    (Index("smallest_singular_value", "geometric", rows="translational"), 0.005, ("reach_alpha5",)),
     (Index("dynamic_manipulability", "geometric"), 0.005, ("iiwa14",)),
 )
 """Indices that take longer than a network, with the error that is wanted, and the arms."""

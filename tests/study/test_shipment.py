@@ -65,14 +65,21 @@ def test_a_network_of_a_robot_is_what_its_plan_says(name, network):
 
 @pytest.mark.parametrize("name", LEARNED)
 def test_a_network_of_a_robot_errs_less_than_what_it_is_compared_with(name, network, exact):
-    """None is worse than a cubic polynomial, on the card and on points of this test."""
     card = network.card
     assert set(card["baselines"]) == {"constant", "linear", "cubic"}
     assert card["errors"]["maximum"] < min(entry["maximum"] for entry in card["baselines"].values())
-    rows = validation.fresh(exact, card.space(), 1024, seed=3)
-    points = validation.fresh(exact, card.space(), 2048, seed=4)
-    cubic = baselines.polynomial(network.view, rows, 3)
+
+
+@pytest.mark.parametrize("name", shipment.PLANS)
+def test_no_network_is_worse_than_a_cubic_polynomial(network, exact):
+    space = network.card.space()
+    cubic = baselines.polynomial(network.view, validation.fresh(exact, space, 4096, seed=3), 3)
+    points = validation.fresh(exact, space, 4096, seed=4)
     assert validation.judge(network, points).maximum < validation.judge(cubic, points).maximum
+
+
+def test_there_are_twenty():
+    assert len(shipment.PLANS) >= 20
 
 
 @pytest.mark.parametrize("name", shipment.PLANS)
