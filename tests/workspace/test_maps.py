@@ -303,6 +303,18 @@ def test_other_arms_are_sent_to_where_they_are_served(arm):
             "poses_at_once is nan",
         ),
         (lambda: maps.survey(ByBranches(PUMA), SMALL, SOME, None, 0), ValueError, "poses_at_once is 0"),
+        (lambda: maps.survey(3, SMALL, SOME), TypeError, "answer is 3"),
+        (lambda: maps.survey(ByBranches(PUMA), SOME, SOME), TypeError, "grid is"),
+        (
+            lambda: maps.orientation_workspace(ByBranches(PUMA), [0, 0], SOME),
+            ValueError,
+            "position has shape",
+        ),
+        (
+            lambda: maps.orientation_workspace(ByBranches(PUMA), [0, 0, 0], 2 * SOME),
+            ValueError,
+            "orientations",
+        ),
         (lambda: ByBranches(PUMA, -1.0), ValueError, "limit_tolerance is -1"),
         (lambda: ByBranches("puma"), TypeError, "arm is 'puma'"),
         (lambda: ByClosedForm(LINKS, limit_tolerance=math.nan), ValueError, "limit_tolerance is nan"),

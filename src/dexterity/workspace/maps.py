@@ -522,7 +522,10 @@ def orientation_workspace(answer: Answer, position: TensorLike, orientations: Te
     ValueError
         If a shape does not fit, an orientation is no rotation, or something is not finite.
     """
-    return Map(*answer(spatial.pose(_orientations(orientations), position)))
+    R, place = _orientations(orientations), spatial.to_float64(position, "position")
+    if place.shape != (3,):
+        raise ValueError(f"position has shape {tuple(place.shape)}; (3,) is needed")
+    return Map(*_asked(answer)(_poses(R, place[None])[0]))
 
 
 @dataclass(frozen=True)
@@ -598,7 +601,8 @@ def survey(
         If an orientation is no rotation, there is none, the range does not fit them or is empty, or a slab
         holds no pose.
     """
-    R = _orientations(orientations)
+    R, answer = _orientations(orientations), _asked(answer)
+    checks.instance(grid, "grid", Grid)
     chosen = torch.ones(len(R), dtype=torch.bool) if in_range is None else torch.as_tensor(in_range)
     if chosen.dtype != torch.bool or chosen.shape != (len(R),) or not chosen.any():
         raise ValueError(
@@ -624,6 +628,12 @@ def survey(
     )
 
 
+def _asked(answer: Answer) -> Answer:
+    if not callable(answer):
+        raise TypeError(f"answer is {checks.shown(answer)}; an Answer, such as ByBranches(arm), is needed")
+    return answer
+
+
 def _slabs(positions: int, orientations: int, at_once: int) -> Iterator[tuple[slice, slice]]:
     turns = min(orientations, at_once)
     places = max(1, at_once // turns)
@@ -643,4 +653,5 @@ def _orientations(orientations: TensorLike) -> Tensor:
     R = spatial.to_float64(orientations, "orientations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or len(R) == 0:
         raise ValueError(f"orientations has shape {tuple(R.shape)}; (m, 3, 3) with m ≥ 1 is needed")
-    return spatial.pose(R, torch.zeros(3, dtype=R.dtype))[:, :3, :3]
+    T = _poses(R, R.new_zeros(1, 3))[0]
+    return spatial.require_rigid(T, "orientations")[:, :3, :3]
