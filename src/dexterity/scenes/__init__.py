@@ -19,9 +19,16 @@ Examples
 'A PUMA 560'
 """
 
+from typing import TYPE_CHECKING
+
+from dexterity import lazy
 from dexterity.scenes.mechanisms import Body, Slider
 from dexterity.scenes.page import standalone
 from dexterity.scenes.scene import Scene, side_by_side
 from dexterity.scenes.viewer import copy_viewer
 
 __all__ = ["Body", "Scene", "Slider", "copy_viewer", "side_by_side", "standalone"]
+
+# Hidden from type checkers, for whom every name would otherwise be a module.
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy.submodules(__name__, __all__)
