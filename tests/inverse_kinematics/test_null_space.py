@@ -183,7 +183,6 @@ def test_a_chain_without_redundancy_does_not_move():
         ({"rows": "some"}, "^rows is 'some'"),
         ({"weights": [1.0] * 6}, r"^weights has shape \(6,\)"),
     ],
-    ids=str,
 )
 def test_bad_steps_are_refused_by_name(options, message, annotations_unchecked):
     q = options.pop("q", [0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5])
