@@ -22,6 +22,7 @@ ACCEPTED = {
     r"spatial\.compose\(T: huge": "the parameter is called poses",
     r"spatial\.wrap_to_pi\(angle: with nan": "a NaN is documented to stay one",
     r"inverse_kinematics\.null_space_step\(objective: a class": "a class can be called",
+    r"sampling\.uvms_space\(index_name": "it is the name of an index, as the error says",
     r"symbolic\.compile_index\(index: text": "the text is the name of an index, which the error names",
 }
 """Cases by patterns of what they print, with the reason why they may end otherwise."""
