@@ -115,7 +115,7 @@ def of(**values: Any) -> Arguments:
 
 SPACE = sampling.Box([-0.5] * 6, [0.5] * 6, 3)
 CIRCLE = resolved_rate.Circle(
-    (0.3, 0.0, 0.2), 0.05, 10.0, 0.0, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), UNIT.tolist())
+    (0.3, 0.0, 0.2), 0.05, 10.0, 0.0, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 )
 SMALL = jacobian_net.Architecture(confidence=(4,), estimation=(4,))
 FEW = search.ZoomOptions(stages=3)
