@@ -663,6 +663,7 @@ def data_sets(
         If a number is not positive, the method is unknown, the grid has too few rows or the space too few
         configurations for sets without a common one, or what `f` returns is not finite or not (N).
     """
+    checks.function(f, "f")
     checks.choice(method, "method", get_args(Method))
     train, test, validation = (
         checks.whole(number, name, least=1)

@@ -23,6 +23,7 @@ ACCEPTED = {
     r"spatial\.wrap_to_pi\(angle: with nan": "a NaN is documented to stay one",
     r"inverse_kinematics\.null_space_step\(objective: a class": "a class can be called",
     r"sampling\.uvms_space\(index_name": "it is the name of an index, as the error says",
+    r"sampling\.uvms_space\(half_range_deg: 1e\+300": "the number of steps is named",
     r"symbolic\.compile_index\(index: text": "the text is the name of an index, which the error names",
 }
 """Cases by patterns of what they print, with the reason why they may end otherwise."""

@@ -154,6 +154,7 @@ def on_base(arm: Chain, pose: TensorLike) -> Chain:
     ValueError
         If it is not one pose, or a number is not finite.
     """
+    checks.instance(arm, "arm", Chain)
     pose = _poses(pose)
     if pose.ndim != 1:
         raise ValueError(f"pose has shape {tuple(pose.shape)}; one pose is needed")
