@@ -23,7 +23,7 @@ import math
 import threading
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal, NamedTuple, Protocol, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import torch
@@ -36,7 +36,7 @@ from dexterity.descent import descend, length_scale
 from dexterity.inverse_kinematics import closed_form, solve
 from dexterity.spatial.tolerances import LIMIT
 
-__all__ = ["ClosedForm", "Finder", "Found", "Method", "Search", "different", "drawn_range", "finder"]
+__all__ = ["ClosedForm", "Found", "Method", "Search", "different", "drawn_range", "finder"]
 
 Method: TypeAlias = Literal["auto", "closed form", "search"]
 """How configurations are found: ``"auto"`` takes the closed form where the chain has one."""
@@ -58,25 +58,6 @@ class Found(NamedTuple):
 
     q: Tensor
     allowed: Tensor
-
-
-class Finder(Protocol):
-    """Finds configurations of a chain at poses (k, 4, 4)."""
-
-    @property
-    def chain(self) -> Chain:
-        """Chain whose configurations are found."""
-
-    @property
-    def method(self) -> str:
-        """How they are found."""
-
-    @property
-    def complete(self) -> bool:
-        """Whether none is missed."""
-
-    def __call__(self, T_world_tool: Tensor) -> Found:
-        """Look at rigid poses (k, 4, 4)."""
 
 
 class ClosedForm:
