@@ -93,7 +93,6 @@ def test_a_chain_is_made_of_any_array(as_given):
 @pytest.mark.parametrize(
     "value",
     [None, "text", {}, object(), [[1, 2], [3]], [True] * 6, 1j, np.ma.masked_array([1.0], [True])],
-    ids=repr,
 )
 def test_a_wrong_type_is_refused_by_the_name_of_the_argument(argument, value):
     arguments = {"screws": PUMA.screws, "home": PUMA.home, argument: value}

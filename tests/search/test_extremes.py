@@ -116,7 +116,6 @@ def test_sectors_are_searched_too():
         ({"space": dx.robots.uvms()}, ValueError, "^chain has unlimited joints"),
         ({"space": [0, 1]}, TypeError, "^(f|space) is"),
     ],
-    ids=str,
 )
 def test_bad_arguments_are_refused_by_name(options, error, message, annotations_unchecked):
     f, space = options.pop("f", W), options.pop("space", PANDA)
