@@ -201,7 +201,12 @@ def gradient(
 
 
 def _derivative(expression: Expr, value: Symbol, by: Symbol) -> Expr:
-    """Differentiate a step; a root, a reciprocal and an exponential through their own, known value."""
+    """Differentiate a step; a root, a reciprocal and an exponential through their own, known value.
+
+    At 0, where an absolute value has no derivative, that of one side is taken.
+    """
+    if isinstance(expression, sympy.Abs):
+        return copysign(sympy.S.One, expression.args[0]) * expression.args[0].diff(by)
     if expression.is_Pow and expression.exp == sympy.S.Half:
         return expression.base.diff(by) / (2 * value)
     if expression.is_Pow and expression.exp == -1:

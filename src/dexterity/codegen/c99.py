@@ -165,10 +165,7 @@ def _computation(derivation: Derivation, file: CFile) -> _Computation:
         return _closed(derivation, file)
     if derivation.kind == "spectral":
         return _spectral(derivation, file)
-    raise ValueError(
-        f"{derivation.measure.name} is not recorded as a program, and has no C form; "
-        'backend="torch" computes it'
-    )
+    raise ValueError(f'{derivation.not_recorded}. It has no C form; backend="torch" computes it')
 
 
 def _closed(derivation: Derivation, file: CFile) -> _Computation:

@@ -35,9 +35,7 @@ def javascript_module(derivation: Derivation) -> str:
             combination=function("combination", derivation.combination),
         )
     else:
-        raise ValueError(
-            f"{derivation.measure.name} is not recorded as a program, and has no JavaScript form"
-        )
+        raise ValueError(f"{derivation.not_recorded}. It has no JavaScript form")
     turning = [kind == "revolute" for kind in derivation.chain.kinds]
     computation = template("turned.js.in").substitute(turning=literal(turning)) + computation
     about = {

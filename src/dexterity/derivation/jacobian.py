@@ -32,7 +32,7 @@ from dexterity.derivation.symbolic_chain import ROUNDING, SymbolicChain, Vector,
 from dexterity.elimination import Matrix, dot
 from dexterity.program import Recorder
 
-__all__ = ["jacobian_rows", "joint_values"]
+__all__ = ["columns_of_joints", "jacobian_rows", "joint_rotation", "joint_values"]
 
 
 def joint_values(chain: SymbolicChain) -> tuple[Symbol, ...]:
@@ -89,6 +89,16 @@ def jacobian_rows(
             ]
     columns = turning + sliding + alike
     return [[column[row] for column in columns] for row in range(6)]
+
+
+def columns_of_joints(chain: SymbolicChain, weights: Sequence[float]) -> list[int]:
+    """Numbers, from 0, of the joints whose columns :func:`jacobian_rows` returns, where it mixes none."""
+    return [
+        i
+        for wanted in ("revolute", "prismatic")
+        for i, kind in enumerate(chain.kinds)
+        if kind == wanted and weights[i]
+    ]
 
 
 def _neighbouring_translations(kinds: Sequence[JointKind]) -> list[list[int]]:
@@ -168,12 +178,12 @@ class _GeometryInLink:
                     angle = angle - value
                 else:
                     base, along, angle = rotation, axis, value
-                rotation = _product(self._record, base, _rotation(self._record, along, angle))
+                rotation = _product(self._record, base, joint_rotation(self._record, along, angle))
             self._rotations[behind] = rotation
 
 
-def _rotation(record: Recorder, axis: Sequence[Expr], angle: Expr) -> Matrix:
-    """Rodrigues' formula; Murray, Li & Sastry (1994), Eq. 2.14."""
+def joint_rotation(record: Recorder, axis: Sequence[Expr], angle: Expr) -> Matrix:
+    """Rotation about an axis by Rodrigues' formula; Murray, Li & Sastry (1994), Eq. 2.14."""
     # Of q and −q only q is used, so that both directions of the chain share its sine.
     if angle.could_extract_minus_sign():
         axis, angle = [-x for x in axis], -angle

@@ -23,7 +23,8 @@ from sympy import Expr, S, Symbol
 
 from dexterity import operations
 from dexterity.chain import Chain
-from dexterity.derivation.jacobian import jacobian_rows, joint_values
+from dexterity.derivation.jacobian import columns_of_joints, jacobian_rows, joint_values
+from dexterity.derivation.mass_matrix import mass_matrix
 from dexterity.derivation.symbolic_chain import SymbolicChain, number
 from dexterity.elimination import (
     VANISHING,
@@ -72,13 +73,22 @@ class Derivation:
         """Measure of the index."""
         return self.index.measure
 
-    @property
+    @cached_property
     def kind(self) -> Literal["closed", "spectral", "numeric"]:
         """How the index is computed: by :attr:`value`, from :attr:`bidiagonal`, or by torch alone."""
-        recorded = self.measure.recorded
-        if isinstance(recorded, Closed):
-            return "closed"
-        return "spectral" if isinstance(recorded, Spectral) else "numeric"
+        if self.not_recorded:
+            return "numeric"
+        return "closed" if isinstance(self.measure.recorded, Closed) else "spectral"
+
+    @cached_property
+    def not_recorded(self) -> str:
+        """Why the index is not recorded as a program; nothing where it is."""
+        recorded, name = self.measure.recorded, self.measure.name
+        if recorded is None:
+            return f"{name} is not recorded as a program"
+        moving = sum(weight != 0 for weight in self.joint_rates)
+        reason = recorded.too_large(self.size, moving) if isinstance(recorded, Closed) else ""
+        return reason and f"{name} is not recorded as a program: {reason}"
 
     @property
     def size(self) -> int:
@@ -131,7 +141,7 @@ class Derivation:
             places = (*self.joint_values, *self.values_as_given)
             used |= {places.index(p) % self.chain.joints + 1 for p in self.value.used_inputs}
         if "inertias" in self.measure.needs:
-            used |= {i + 1 for i, weight in enumerate(self.joint_rates) if weight}
+            used = {self.joint_values.index(q) + 1 for q in self.value.used_inputs}
         return tuple(sorted(used))
 
     # ---- closed forms ----
@@ -154,8 +164,14 @@ class Derivation:
             return record.program(inputs, [sympy.nsimplify(self.measure.value_at_zero)])
         moving = [i for i, weight in enumerate(self.joint_rates) if weight]
         limits = (self.values_as_given or self.joint_values, self.chain.lower, self.chain.upper)
-        value = recorded.record(record, rows, Symbols(*limits, moving, direction))
-        return record.program(inputs, [value])
+        symbols = Symbols(*limits, moving, lambda: self._mass_matrix(record), direction)
+        return record.program(inputs, [recorded.record(record, rows, symbols)])
+
+    def _mass_matrix(self, record: Recorder) -> Matrix:
+        """Rows and columns of the mass matrix of the joints that have a column."""
+        M = mass_matrix(record, self.chain, self.joint_values)
+        columns = columns_of_joints(self.chain, self.joint_rates)
+        return [[M[i][j] for j in columns] for i in columns]
 
     @cached_property
     def value_and_gradient(self) -> Program:

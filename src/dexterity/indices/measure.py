@@ -73,12 +73,16 @@ class Symbols:
         Numbers, from 0, of the joints that may move.
     direction
         Unit vector in the space of the rows, in the order of the rows.
+    mass_matrix
+        Returns the recorded mass matrix [kg m², kg m, kg] of the joints that have a column, in the order of
+        the columns, where these are not mixed.
     """
 
     joint_values: Sequence[Symbol]
     lower: Sequence[float]
     upper: Sequence[float]
     moving: Sequence[int]
+    mass_matrix: Callable[[], Matrix]
     direction: Sequence[float] | None = None
 
 
@@ -91,9 +95,13 @@ class Closed:
     record
         Takes a recorder, the m rows of the normalised Jacobian as expressions, and what else there is;
         returns the recorded value. It is differentiated by itself.
+    too_large
+        Takes the numbers of rows and of joints that may move, and says why the program would be too large for
+        them; nothing where it is not.
     """
 
     record: Callable[[Recorder, Matrix, Symbols], Expr]
+    too_large: Callable[[int, int], str] = lambda rows, joints: ""  # noqa: ARG005
 
 
 @dataclass(frozen=True)

@@ -15,19 +15,24 @@ Examples
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import combinations
 
+import sympy
 import torch
 from jaxtyping import Float64
+from sympy import Expr, S
 from torch import Tensor
 
-from dexterity.indices.measure import Measure, Situation
+from dexterity.elimination import Matrix, dot
+from dexterity.indices.measure import Closed, Measure, Situation, Symbols
+from dexterity.program import Recorder, select
 
 __all__ = ["MEASURE", "inradius"]
 
 _DEGENERATE = 1e-10  # part of the product of m - 1 lengths below which their columns span no facet
+_MOST_PRODUCTS = 8000  # that are written out as a program: more make files that take minutes to compile
 
 
 def inradius(J: Float64[Tensor, "*batch m n"]) -> Float64[Tensor, "*batch"]:
@@ -112,6 +117,75 @@ def _evaluate(J: Tensor, _: Situation) -> Tensor:
     return inradius(J)
 
 
+# ---- recorded --------------------------------------------------------------------------------------
+
+
+def _record(record: Recorder, J: Matrix, _: Symbols) -> Expr:
+    """Smallest extent along a normal, each normal and each length computed once."""
+    columns = [list(column) for column in zip(*J, strict=True)]
+    lengths = [record(sympy.Add(*(x**2 for x in column))) for column in columns]
+    # No extent reaches this bound, and 0 is left where no columns span a facet: x < x² + 1.
+    bound = record(sympy.Add(*lengths) + len(columns))
+    least: Expr = S.Zero
+    for facet, normal in _recorded_normals(record, J):
+        square = record(sympy.Add(*(x**2 for x in normal)))
+        volume = S.One
+        for i in facet:
+            volume = record(volume * lengths[i])
+        spans = _is_positive(record, square - sympy.Float(_DEGENERATE**2) * volume)
+        others = [column for i, column in enumerate(columns) if i not in facet]
+        height = record(sympy.Add(*(record(sympy.Abs(record(dot(normal, other)))) for other in others)))
+        length = record(sympy.sqrt(record(spans * square + record(1 - spans))))
+        extent = record(height * record(1 / length))
+        takes = _is_positive(record, spans * record(bound - extent))
+        leaves, extent = record(1 - takes), record(takes * extent)
+        bound, least = record(extent + leaves * bound), record(extent + leaves * least)
+    return least
+
+
+def _is_positive(record: Recorder, x: Expr) -> Expr:
+    """1 where it is, else 0: factors in place of branches, which compilers turn into vector instructions."""
+    return record(select(record(x), S.One, S.Zero))
+
+
+def _recorded_normals(record: Recorder, J: Matrix) -> Iterator[tuple[tuple[int, ...], list[Expr]]]:
+    """Yield the choices of m - 1 columns with their generalised cross products, without those always zero."""
+
+    @cache
+    def minor(rows: tuple[int, ...], columns: tuple[int, ...]) -> Expr:
+        if not columns:
+            return S.One
+        *before, last = columns
+        terms = [
+            (-1) ** (len(rows) - 1 + place) * J[row][last] * minor(_without(rows, place), tuple(before))
+            for place, row in enumerate(rows)
+            if J[row][last] != 0
+        ]
+        return record(sympy.Add(*terms))
+
+    everything = tuple(range(len(J)))
+    for facet in combinations(range(len(J[0])), len(J) - 1):
+        normal = [(-1) ** i * minor(_without(everything, i), facet) for i in everything]
+        if any(component != 0 for component in normal):
+            yield facet, normal
+
+
+def _without(rows: tuple[int, ...], place: int) -> tuple[int, ...]:
+    return rows[:place] + rows[place + 1 :]
+
+
+def _too_many_facets(rows: int, columns: int) -> str:
+    facets = math.comb(columns, rows - 1)
+    minors = sum(k * math.comb(columns, k) * math.comb(rows, k) for k in range(2, rows))
+    products = minors + facets * (columns - rows + 1) * rows
+    if products <= _MOST_PRODUCTS:
+        return ""
+    return (
+        f"{columns} joints over {rows} rows have {facets} facets, which take {products} products, and at "
+        f"most {_MOST_PRODUCTS} are written out"
+    )
+
+
 MEASURE = Measure(
     name="guaranteed_speed",
     aliases=("zonotope_inradius", "polytope_inradius"),
@@ -124,5 +198,6 @@ MEASURE = Measure(
     ),
     references=("Kokkinis & Paden (1989)", "Chiacchio, Bouffard-Vercelli & Pierrot (1996)"),
     evaluate=_evaluate,
+    recorded=Closed(_record, _too_many_facets),
     mixes_columns=False,
 )
