@@ -12,7 +12,8 @@ from torch.autograd import forward_ad
 from torch.testing import assert_close
 
 import dexterity as dx
-from dexterity import symbolic
+from dexterity import indices, symbolic
+from dexterity.chain import Chain
 from dexterity.indices import Index
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit.script.* is deprecated:DeprecationWarning")
@@ -96,7 +97,8 @@ def test_value_and_gradient_are_followed_by_transforms(both):
 
 TRACED = """
 import torch, dexterity as dx
-from dexterity import symbolic
+from dexterity import indices, symbolic
+from dexterity.chain import Chain
 from dexterity.indices import Index
 
 class Module(torch.nn.Module):
@@ -232,3 +234,24 @@ def test_a_large_batch_takes_at_most_500_bytes_a_configuration(name):
     q = torch.rand(200_000, 12, dtype=torch.float64)
     for f in (Index(name).bind(uvms), symbolic.compile_index(uvms, name)):
         assert 0 < peak_of(f, q) <= 500
+
+
+@pytest.mark.parametrize("backend", ["torch", "c"])
+@pytest.mark.parametrize("name", indices.names())
+def test_no_gradient_is_nan_at_a_fold(name, backend):
+    """A stretched and a folded planar arm, where a triangle of the elimination has an exact zero."""
+    arm = Chain.from_dh([{"a": 1}, {"a": 1}, {"a": 0.5}], lower=[-3] * 3, upper=[3] * 3, name="planar")
+    q = torch.tensor([[0.0, 0, 0], [0.3, 0, 0.7], [0.3, torch.pi, 0.2], [0.5, 0.4, 0.2]]).double()
+    needs = indices.describe(name).needs
+    if "inertias" in needs or (name == "guaranteed_speed" and backend == "c"):
+        pytest.skip("has no such form")
+    direction = (1.0, 2.0, 3.0) if "direction" in needs else None
+    index = Index(name, "geometric", rows=("vx", "vy", "wz"), direction=direction)
+    compiled = symbolic.compile_index(arm, index, backend)
+    values, gradients = compiled.value_and_gradient(q)
+    assert not values.isnan().any()
+    assert not gradients.isnan().any()
+    x = q.clone().requires_grad_()
+    (plain,) = torch.autograd.grad(index(arm, x).sum(), x)
+    assert not plain.isnan().any()
+    assert torch.allclose(gradients[-1], plain[-1], rtol=1e-9, atol=1e-12)

@@ -94,12 +94,12 @@ def descend(
         raise ValueError(f"T_world_tool has shape {tuple(T.shape)}; (k, 4, 4) is needed")
     if q.shape[:-1] != T.shape[:1]:
         raise ValueError(f"start has shape {tuple(q.shape)}; ({len(T)}, {chain.joints}) is needed")
-    chosen, stay = list(rows), _Limits(chain)
-    q, at = stay.within(q), torch.arange(len(q))
-    ends, misses = q.clone(), torch.full((len(q),), math.inf, dtype=q.dtype)
+    chosen, stay = list(rows), _Limits(chain, q.device)
+    q, at = stay.within(q), torch.arange(len(q), device=q.device)
+    ends, misses = q.clone(), q.new_full((len(q),), math.inf)
     earlier = misses.clone()
     weights = q.new_tensor([1 / length_scale(chain)] * 3 + [1.0] * 3)[chosen]
-    identity = torch.eye(len(chosen), dtype=q.dtype)
+    identity = torch.eye(len(chosen), dtype=q.dtype, device=q.device)
     for step in range(steps + 1):
         twist = remaining_twist(chain.forward(q), T)
         error = weights * twist[:, chosen]
@@ -132,9 +132,9 @@ def length_scale(chain: Chain) -> float:
 class _Limits:
     """Limits of a chain's joints as a step meets them."""
 
-    def __init__(self, chain: Chain) -> None:
-        self.lower, self.upper = chain.lower, chain.upper
-        self._revolute = torch.tensor([kind == "revolute" for kind in chain.kinds])
+    def __init__(self, chain: Chain, device: torch.device) -> None:
+        self.lower, self.upper = chain.lower.to(device), chain.upper.to(device)
+        self._revolute = torch.tensor([kind == "revolute" for kind in chain.kinds], device=device)
         # Rounding of limits in degrees must not make a joint that turns all the way round one that does not.
         self.endless = self._revolute & (self.upper - self.lower >= math.tau - 1e-9)
         # About a limit that stands alone, half a turn inside of it; about 0 where there is none.
@@ -201,7 +201,7 @@ def remaining_twist(T: Tensor, wanted: Tensor) -> Tensor:
 
 def _some_axis(R: Tensor) -> Tensor:
     """Axis (k, 3) of half a turn: the column of R + I that is longest."""
-    columns = R + torch.eye(3, dtype=R.dtype)
+    columns = R + torch.eye(3, dtype=R.dtype, device=R.device)
     longest = columns.norm(dim=-2).argmax(-1)
-    axis = columns[torch.arange(len(R)), :, longest]
+    axis = columns[torch.arange(len(R), device=R.device), :, longest]
     return axis / axis.norm(dim=-1, keepdim=True).clamp(min=1e-300)

@@ -34,6 +34,7 @@ from jaxtyping import Bool, Float64, Int64
 from torch import Tensor
 
 from dexterity import checks, robots, spatial
+from dexterity import sobol as sobol_points
 from dexterity.chain import Chain
 from dexterity.derivation import derive
 from dexterity.indices import Index
@@ -544,8 +545,7 @@ def sobol(space: Space, count: int, seed: int, overhang: float = 0.0) -> Float64
 
 
 def _sobol(space: Space, count: int, seed: int, overhang: float = 0.0) -> Tensor:
-    engine = torch.quasirandom.SobolEngine(space.dimensions, scramble=True, seed=seed)
-    u = engine.draw(count, dtype=torch.float64)
+    u = sobol_points.points(space.dimensions, count, seed)
     return space.from_unit((u + overhang * (u - 0.5)).clamp(0, 1))
 
 

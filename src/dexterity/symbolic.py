@@ -230,7 +230,8 @@ class CompiledIndex:
 
     def _configurations(self, q: TensorLike) -> Tensor:
         # The engines refuse what is not finite; a look at it here would cost more than one index in C.
-        if not (isinstance(q, Tensor) and q.dtype is torch.float64):
+        plain = isinstance(q, Tensor) and q.layout is torch.strided and not q.is_nested
+        if not (plain and q.dtype is torch.float64):
             q = spatial.to_float64(q, "q")
         return spatial.require_joints(q, self._chain.joints, "chain")
 

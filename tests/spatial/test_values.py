@@ -143,3 +143,16 @@ def test_compilation_export_and_a_device_without_values():
     code = TRACED.format(folder=str(Path(__file__).parent))
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.filterwarnings("ignore:The PyTorch API of nested tensors")
+def test_nested_and_sparse_tensors_are_refused_by_name():
+    puma = dx.robots.puma560()
+    functions = [puma.forward, dx.Index("w").bind(puma), dx.symbolic.compile_index(puma, "w", "c")]
+    ragged = [torch.ones(6, dtype=torch.float64)] * 2
+    tensors = [torch.nested.nested_tensor(ragged), torch.stack(ragged).to_sparse()]
+    tensors.append(torch.nested.nested_tensor(ragged, layout=torch.jagged))
+    for f in functions:
+        for q in tensors:
+            with pytest.raises(TypeError, match="^q is a"):
+                f(q)

@@ -235,6 +235,9 @@ class Index:
             pieces = [of_piece(piece) for piece in q.reshape(-1, chain.joints).split(_PIECE)]
             return (pieces[0] if len(pieces) == 1 else torch.cat(pieces)).reshape(q.shape[:-1])
 
+        # torch.compile counts what it compiled by code, and gives up after eight: each index has its own.
+        if not torch.compiler.is_compiling():
+            value.__code__ = value.__code__.replace()
         return value
 
     def __call__(self, chain: Chain, q: TensorLike) -> Float64[Tensor, "*batch"]:

@@ -156,7 +156,8 @@ def null_space_step(
     if callable(objective):
         gradient = slope(bound_objective(chain, objective, "objective"), q)
     else:
-        gradient = spatial.to_float64(objective, "objective")
+        with q.device:  # where arrays go as well
+            gradient = spatial.to_float64(objective, "objective")
     if gradient.shape != q.shape:
         raise ValueError(
             f"objective has a gradient of shape {tuple(gradient.shape)}; {tuple(q.shape)} is needed"

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from dexterity import sobol
 from dexterity.chain import Chain
 from dexterity.descent import descend, length_scale
 from dexterity.spatial.tolerances import LIMIT
@@ -131,10 +132,7 @@ def _pool(chain: Chain, seed: int) -> Tensor:
     middle = torch.where(lower.isinf() | upper.isinf(), alone, (lower + upper) / 2)
     middle = torch.where(lower.isinf() & upper.isinf(), 0.0, middle)
     low, high = torch.maximum(lower, middle - reach), torch.minimum(upper, middle + reach)
-    points = torch.quasirandom.SobolEngine(chain.joints, scramble=True, seed=seed).draw(
-        _POOL, dtype=lower.dtype
-    )
-    return low + (high - low) * points
+    return low + (high - low) * sobol.points(chain.joints, _POOL, seed)
 
 
 def _features(chain: Chain, T: Tensor, rows: tuple[int, ...]) -> Tensor:

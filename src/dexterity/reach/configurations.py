@@ -30,7 +30,7 @@ import torch
 from scipy.spatial import cKDTree
 from torch import Tensor
 
-from dexterity import checks
+from dexterity import checks, sobol
 from dexterity.chain import Chain
 from dexterity.descent import descend, length_scale
 from dexterity.inverse_kinematics import closed_form, solve
@@ -138,8 +138,7 @@ class Search:
         for i in range(self.starts):
             # Each set with a scrambling of its own, so that they are independent.
             seed = (self.seed * 10_007 + i) % 2**31
-            engine = torch.quasirandom.SobolEngine(self.chain.joints, scramble=True, seed=seed)
-            q = self._lower + self._width * engine.draw(size, dtype=torch.float64)
+            q = self._lower + self._width * sobol.points(self.chain.joints, size, seed)
             sets.append((q, cKDTree(self._features(self.chain.forward(q)))))
         return sets
 

@@ -112,7 +112,8 @@ def extremes(
     if not isinstance(where, Space):
         raise TypeError(f"space is {where!r}; a chain or a space such as dexterity.sampling.Box is needed")
     u = where.to_unit(sampling.sobol(where, samples, seed)).clamp(0, 1)
-    u = torch.cat([u, corners(where.dimensions, _CORNERS, seed)])
+    with u.device:
+        u = torch.cat([u, corners(where.dimensions, _CORNERS, seed)])
     values = torch.cat([_values(function, where.from_unit(some)) for some in u.split(_AT_ONCE)])
     lowest, highest = (_climbed(function, where, u, values, sign, starts, steps) for sign in (-1.0, 1.0))
     return Extremes(lowest, highest, len(u) + 2 * min(starts, len(u)) * (steps + 1))

@@ -22,7 +22,7 @@ from torch import Tensor
 
 from dexterity.elimination import VANISHING, Matrix, dot, triangularise
 from dexterity.indices.measure import Closed, Measure, Situation, Symbols
-from dexterity.program import Recorder
+from dexterity.program import Recorder, copysign
 
 __all__ = ["MEASURE", "velocity_ratio"]
 
@@ -68,7 +68,9 @@ def _record(record: Recorder, J: Matrix, at: Symbols) -> Expr:
         y = [record(scales[i] * x) for x in y] + [rest]
         before = record(before * scales[i])
     norm = record(sympy.Add(*(x**2 for x in y)) + VANISHING)
-    return record(record(sympy.sqrt(record(before**2))) / record(sympy.sqrt(norm)))
+    # Written so, the absolute value has a derivative of one side where it is zero.
+    absolute = record(before * record(copysign(S.One, before)))
+    return record(absolute / record(sympy.sqrt(norm)))
 
 
 MEASURE = Measure(
