@@ -133,3 +133,33 @@ def test_the_origin_of_a_chain_that_does_not_move_is_its_own():
     view = View(2, [0], carriers=[[0.0, 0, 0, 0, 0, 1.0]])
     assert torch.equal(view([[0.3, 0.0]]), torch.tensor([[0.0, 0, 0, 0.3]], dtype=torch.float64))
     assert spatial.to_float64(view.carriers, "carriers").shape == (1, 6)
+
+
+def test_a_view_does_not_change_with_its_callers_array():
+    carriers = np.array([[0.0, 0, 0, 0, 0, 1]])
+    view = View(2, (1,), carriers)
+    before = view([0.3, 0.4])
+    carriers[:] = 7
+    assert torch.equal(view([0.3, 0.4]), before)
+
+
+@pytest.mark.parametrize("convert", [torch.nn.Module.float, torch.nn.Module.half, torch.nn.Module.bfloat16])
+def test_networks_stay_in_double_precision(convert):
+    network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+    convert(network)
+    with pytest.raises(TypeError, match="networks compute in double precision"):
+        network([0.1] * 12)
+
+
+def test_devices_that_differ_are_named():
+    network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+    q = torch.zeros(3, 12, dtype=torch.float64, device="meta")
+    with pytest.raises(ValueError, match="q is on the device meta"):
+        network(q)
+    assert network.to("meta")(q).shape == (3,)
+    network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+    torch.set_default_device("meta")
+    try:
+        assert network([0.1] * 12).is_cpu
+    finally:
+        torch.set_default_device(None)

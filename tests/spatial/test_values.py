@@ -154,5 +154,5 @@ def test_nested_and_sparse_tensors_are_refused_by_name():
     tensors.append(torch.nested.nested_tensor(ragged, layout=torch.jagged))
     for f in functions:
         for q in tensors:
-            with pytest.raises(TypeError, match="^q is a"):
+            with pytest.raises(TypeError, match=r"^q is a"):
                 f(q)

@@ -85,9 +85,26 @@ class View(torch.nn.Module):
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        q = spatial.require_joints(spatial.to_float64(q, "q"), self.joints, "chain")
+        q = spatial.require_joints(self._here(q), self.joints, "chain")
         seen = q[..., list(self.inputs)]
         return torch.cat([self._origin(q), seen], dim=-1) if len(self.carriers) else seen
+
+    def _here(self, q: TensorLike) -> Tensor:
+        """Joint values on the device of the network."""
+        if self.carriers.dtype != torch.float64:
+            raise TypeError(
+                f"the network was converted to {self.carriers.dtype}; networks compute in double precision "
+                'whatever they are given, and c_files with precision="float" is for processors without'
+            )
+        here = self.carriers.device
+        if not isinstance(q, Tensor):
+            with here:  # whatever the default device is
+                return spatial.to_float64(q, "q")
+        if q.device != here:
+            raise ValueError(
+                f"q is on the device {q.device} and the network on {here}; bring both together by to()"
+            )
+        return spatial.to_float64(q, "q")
 
     def _origin(self, q: Tensor) -> Tensor:
         """World's origin (..., 3) in the coordinates of the carried link, which lies on the world at home."""
@@ -177,7 +194,7 @@ class Network(torch.nn.Module, ABC):
 
 def _screws(carriers: TensorLike) -> Tensor:
     """Return screws (c, 6): each turns by one radian per unit of its joint, or slides."""
-    screws = spatial.to_float64(carriers, "carriers")
+    screws = spatial.to_float64(carriers, "carriers").detach().clone()
     if screws.numel() == 0:
         return screws.new_zeros(0, 6)
     if screws.ndim != 2 or screws.shape[1] != 6:

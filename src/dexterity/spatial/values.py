@@ -168,9 +168,7 @@ def as_float64(value: TensorLike, name: str) -> Tensor:
 
 def _tensor_as_float64(tensor: Tensor, name: str) -> Tensor:
     if tensor.is_nested:
-        raise TypeError(
-            f"{name} is a nested tensor; a rectangular one is needed, such as by to_padded_tensor()"
-        )
+        raise TypeError(f"{name} is a nested tensor; rows of one length are needed")
     if tensor.dtype == torch.float64 and tensor.layout == torch.strided:
         return tensor
     if tensor.layout != torch.strided:
