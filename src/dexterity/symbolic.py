@@ -230,8 +230,7 @@ class CompiledIndex:
 
     def _configurations(self, q: TensorLike) -> Tensor:
         # The engines refuse what is not finite; a look at it here would cost more than one index in C.
-        plain = isinstance(q, Tensor) and q.layout is torch.strided and not q.is_nested
-        if not (plain and q.dtype is torch.float64):
+        if not (isinstance(q, Tensor) and q.dtype is torch.float64 and _is_dense(q)):
             q = spatial.to_float64(q, "q")
         return spatial.require_joints(q, self._chain.joints, "chain")
 
@@ -245,6 +244,10 @@ class CompiledIndex:
 
 
 _FLOAT64 = np.dtype(np.float64)
+
+
+def _is_dense(q: Tensor) -> bool:
+    return q.layout is torch.strided and not q.is_nested
 
 
 def _transformed(q: Tensor) -> bool:
