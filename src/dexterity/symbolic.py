@@ -83,7 +83,8 @@ def compile_index(
     ValueError
         If the backend is unknown, more than one thread is asked for where torch computes, the rates do not
         fit the chain, lengths have no value, or the index is zero everywhere, as with fewer joints than rows;
-        rows that the chain can serve are named then.
+        rows that the chain can serve are named then. In C also if the program would be too large, as that of
+        the guaranteed speed of twelve joints over six rows.
     TypeError
         If `chain` is no chain or `index` no index.
     CompilationFailed

@@ -32,7 +32,7 @@ from dexterity.program import Recorder, select
 __all__ = ["MEASURE", "inradius"]
 
 _DEGENERATE = 1e-10  # part of the product of m - 1 lengths below which their columns span no facet
-_MOST_PRODUCTS = 8000  # that are written out as a program: more make files that take minutes to compile
+_MOST_STEPS = 2500  # that are written out as a program: more make files that take minutes to compile
 
 
 def inradius(J: Float64[Tensor, "*batch m n"]) -> Float64[Tensor, "*batch"]:
@@ -176,13 +176,13 @@ def _without(rows: tuple[int, ...], place: int) -> tuple[int, ...]:
 
 def _too_many_facets(rows: int, columns: int) -> str:
     facets = math.comb(columns, rows - 1)
-    minors = sum(k * math.comb(columns, k) * math.comb(rows, k) for k in range(2, rows))
-    products = minors + facets * (columns - rows + 1) * rows
-    if products <= _MOST_PRODUCTS:
+    minors = sum(math.comb(columns, k) * math.comb(rows, k) for k in range(2, rows))
+    steps = minors + facets * (2 * (columns - rows + 1) + 10)
+    if steps <= _MOST_STEPS:
         return ""
     return (
-        f"{columns} joints over {rows} rows have {facets} facets, which take {products} products, and at "
-        f"most {_MOST_PRODUCTS} are written out"
+        f"{columns} joints over {rows} rows have {facets} facets, which take about {steps} steps, and at "
+        f"most {_MOST_STEPS} are written out"
     )
 
 
