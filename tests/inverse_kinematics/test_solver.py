@@ -405,3 +405,33 @@ def test_bad_poses_are_refused_by_name(T):
             solve(T, np.eye(4))
     finally:
         jaxtyping.config.update("jaxtyping_disable", False)
+
+
+@pytest.mark.parametrize(("name", "at_limits"), [("reach_bravo7", 3), ("panda", 7), ("reach_alpha5", 4)])
+def test_a_search_finds_configurations_in_corners_of_the_limits(name, at_limits):
+    """Of the kind of dart#1449 and moveit#598, for chains without a closed form: joints exactly at limits."""
+    chain = dx.robots.load(name)
+    random = np.random.default_rng(3)
+    lower = chain.lower.clamp(min=-math.pi).numpy()
+    upper = chain.upper.clamp(max=math.pi).numpy()
+    q = random.uniform(lower, upper, (30, chain.joints))
+    for row in q:
+        for joint in random.permutation(chain.joints)[:at_limits]:
+            row[joint] = random.choice([lower[joint], upper[joint]])
+    rows = "full" if chain.joints >= 6 else "translational"
+    regular = dx.Index("kci", "geometric", rows=rows)(chain, q) > 1e-3
+    assert regular.sum() > 10
+    found = dx.inverse_kinematics.solve(chain, chain.forward(q))
+    assert found.method == "search"
+    assert found.reached[regular].all()
+    assert (found.q[..., 0, :] >= chain.lower - 1e-9).all()
+
+
+def test_a_locked_joint_stays_where_it_is_though_a_pose_is_out_of_reach():
+    panda = dx.robots.panda()
+    rates = panda.rates.clone()
+    rates[2] = 0
+    locked = dx.Chain(panda.screws, panda.home, lower=panda.lower, upper=panda.upper, rates=rates)
+    found = dx.inverse_kinematics.solve(locked, dx.spatial.translation([3.0, 0, 0]), seeds=8)
+    assert not found.reached
+    assert (found.q[:, 2] == 0).all()

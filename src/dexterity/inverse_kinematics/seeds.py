@@ -27,6 +27,7 @@ from torch import Tensor
 from dexterity import sobol
 from dexterity.chain import Chain
 from dexterity.descent import descend, length_scale
+from dexterity.inverse_kinematics.turns import nearest_copy
 from dexterity.spatial.tolerances import LIMIT
 
 __all__ = ["Ends", "distinct", "search"]
@@ -71,7 +72,10 @@ def search(
         starts = seeds.of_poses(T[some], count)
         if near is not None:
             starts = torch.cat([near[some, None], starts[:, :-1]], dim=1)
-        parts.append(_descended(chain, T[some], starts, rows, rounds, enough, tolerance))
+        ends = _descended(chain, T[some], starts, rows, rounds, enough, tolerance)
+        parts.append(
+            ends if enough is not None else _from_beyond(chain, T[some], starts, rows, ends, tolerance)
+        )
     return Ends(torch.cat([part.q for part in parts]), torch.cat([part.residual for part in parts]))
 
 
@@ -112,6 +116,34 @@ def _descended(
         if not len(left):
             break
     return Ends(ends, residual)
+
+
+def _from_beyond(
+    chain: Chain, T: Tensor, starts: Tensor, rows: tuple[int, ...], ends: Ends, tolerance: float
+) -> Ends:
+    """Try poses that no start has reached once more, by ways that lead beyond the limits.
+
+    A descent within the limits may end at one of them, on the way to a configuration in a corner of theirs.
+    """
+    missed = ~(ends.residual <= tolerance).any(1)
+    if not missed.any():
+        return ends
+    locked = chain.lower == chain.upper
+    free = Chain(
+        chain.screws, chain.home, name=chain.name,
+        lower=torch.where(locked, chain.lower, -math.inf), upper=torch.where(locked, chain.upper, math.inf),
+    )  # fmt: skip
+    targets = T[missed, None].expand(-1, starts.shape[1], 4, 4).flatten(0, 1)
+    digits = _DIGITS * tolerance
+    beyond, _ = descend(free, targets, starts[missed].flatten(0, 1), rows=rows, tolerance=digits)
+    beyond, _ = nearest_copy(chain, beyond)
+    q, miss = descend(chain, targets, beyond, rows=rows, tolerance=digits)
+    q, miss = q.view(*starts[missed].shape), miss.view(-1, starts.shape[1])
+    better = miss < ends.residual[missed]
+    merged = Ends(ends.q.clone(), ends.residual.clone())
+    merged.q[missed] = torch.where(better[..., None], q, ends.q[missed])
+    merged.residual[missed] = torch.where(better, miss, ends.residual[missed])
+    return merged
 
 
 def _split(count: int) -> list[int]:
