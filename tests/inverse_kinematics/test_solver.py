@@ -432,6 +432,6 @@ def test_a_locked_joint_stays_where_it_is_though_a_pose_is_out_of_reach():
     rates = panda.rates.clone()
     rates[2] = 0
     locked = dx.Chain(panda.screws, panda.home, lower=panda.lower, upper=panda.upper, rates=rates)
-    found = dx.inverse_kinematics.solve(locked, dx.spatial.translation([3.0, 0, 0]), seeds=8)
+    found = dx.inverse_kinematics.solve(locked, dx.spatial.translation(3.0, 0, 0), seeds=8)
     assert not found.reached
     assert (found.q[:, 2] == 0).all()
