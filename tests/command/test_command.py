@@ -188,6 +188,7 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["evaluate", "pumma560", "w", "--q", "0"], "puma560"),
         (["evaluate", "puma560", "dexterousness", "--q", "0,0,0,0,0,0"], "dexterousness"),
         (["evaluate", "puma560", "w"], "there is no configuration"),
+        (["evaluate", "reach_alpha5", "w", "--q", "0.1,0.2,0.3,0.4"], "zero everywhere"),
         (["evaluate", "puma560", "w", "--q", "1,2"], "--q holds 2 numbers; 6 are needed"),
         (["evaluate", "puma560", "w", "--q", "1,2,3,4,5,x"], "--q holds 'x'"),
         (["evaluate", "puma560", "w", "--q", "0,0,0,0,0,0", "--rows", "sideways"], "sideways"),

@@ -19,7 +19,7 @@ from dexterity import spatial
 from dexterity.chain import Chain
 from dexterity.command.options import IndexOptions
 from dexterity.command.reports import Cell, Report
-from dexterity.indices import Index
+from dexterity.indices import Index, require_not_zero_everywhere
 from dexterity.spatial import TensorLike
 
 __all__ = ["describe", "evaluate", "rank"]
@@ -42,10 +42,11 @@ def evaluate(chain: Chain, index: Index, q: TensorLike, gradient: bool, compiled
     Raises
     ------
     ValueError
-        If the index does not fit the robot.
+        If the index does not fit the robot, or is zero at all configurations.
     dexterity.symbolic.CompilationFailed
         If there is no C compiler.
     """
+    require_not_zero_everywhere(index, chain)
     q = spatial.to_float64(q, "q").detach().requires_grad_(gradient)
     f = dx.symbolic.compile_index(chain, index, backend="c") if compiled else index.bind(chain)
     values = f(q)

@@ -73,9 +73,9 @@ def search(
         if near is not None:
             starts = torch.cat([near[some, None], starts[:, :-1]], dim=1)
         ends = _descended(chain, T[some], starts, rows, rounds, enough, tolerance)
-        parts.append(
-            ends if enough is not None else _from_beyond(chain, T[some], starts, rows, ends, tolerance)
-        )
+        if enough is None:
+            ends = _from_beyond(chain, T[some], starts, rows, ends, tolerance)
+        parts.append(ends)
     return Ends(torch.cat([part.q for part in parts]), torch.cat([part.residual for part in parts]))
 
 
