@@ -195,7 +195,9 @@ class CompiledIndex:
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
         if type(q) is np.ndarray and q.ndim == 1 and q.dtype == _FLOAT64:
-            return self._engine.row(q) if isinstance(self._engine, InC) else self(q[None]).numpy()[0]
+            if isinstance(self._engine, InC):
+                return self._engine.row(q)
+            return self(self._configurations(q)).numpy()[()]
         q = self._configurations(q)
         if _transformed(q):
             return self._plain(q)

@@ -36,8 +36,15 @@ __all__ = [
     "plain_memory",
 ]
 
-FLAGS = ("-std=c99", "-O3", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-shared")
-"""Flags that gcc and clang know. None changes what a NaN or an infinity is."""
+FLAGS = (
+    "-std=c99", "-fno-fast-math", "-fno-unsafe-math-optimizations", "-O3", "-ffp-contract=fast",
+    "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-shared",
+)  # fmt: skip
+"""Flags that gcc and clang know. None changes what a NaN or an infinity is.
+
+What ``$CC`` may say of fast math is taken back: a library that gcc links with it rounds the denormal numbers
+of the whole process that loads it to zero.
+"""
 
 TUNING = ("-march=native", "-mprefer-vector-width=512")
 """Flags for the processor that this runs on, left out where the compiler refuses them."""

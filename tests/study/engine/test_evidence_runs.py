@@ -36,7 +36,7 @@ def test_prose_and_what_is_not_used_make_nothing_stale(built):
         (f"{TINY}/verdicts.py", "It holds.", "It does not hold."),
         (f"{TINY}/experiment.py", '"""Errors."""', '"""Errors of the draw."""'),
         (f"{TINY}/experiment.py", "    time.sleep", "    # Wait.\n    time.sleep"),
-        ("src/dexterity/robots.py", '"""', '"""More prose. '),
+        ("src/dexterity/robots/__init__.py", '"""', '"""More prose. '),
         ("src/dexterity_study/engine/progress.py", "passed", "gone"),
         ("data/robots/puma560.toml", "name", "# a comment\nname"),
     ]

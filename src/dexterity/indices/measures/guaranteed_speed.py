@@ -32,6 +32,7 @@ from dexterity.program import Recorder, select
 __all__ = ["MEASURE", "inradius"]
 
 _DEGENERATE = 1e-10  # part of the product of m - 1 lengths below which their columns span no facet
+_NEGLIGIBLE = 1e-5  # part of all columns that is added to each length: what is rounding alone spans no facet
 _MOST_STEPS = 2500  # that are written out as a program: more make files that take minutes to compile
 
 
@@ -58,7 +59,8 @@ def _inradius(J: Tensor, expansions: Sequence[tuple[Tensor, ...]], facets: Tenso
     """Radii (N,) of Jacobians (m, n, N)."""
     normals = _normals(J, expansions)
     squares = torch.stack([normal.square() for normal in normals]).sum(0)
-    lengths = torch.linalg.vector_norm(J.detach(), dim=0)
+    lengths = J.detach().square().sum(0)
+    lengths = (lengths + _NEGLIGIBLE**2 * lengths.sum(0)).sqrt()
     volumes = lengths[facets].prod(1) if facets.shape[-1] else torch.ones_like(squares)
     spans = squares > (_DEGENERATE * volumes) ** 2
     heights = torch.zeros_like(squares)
@@ -126,6 +128,8 @@ def _record(record: Recorder, J: Matrix, _: Symbols) -> Expr:
     lengths = [record(sympy.Add(*(x**2 for x in column))) for column in columns]
     # No extent reaches this bound, and 0 is left where no columns span a facet: x < x² + 1.
     bound = record(sympy.Add(*lengths) + len(columns))
+    negligible = record(sympy.Float(_NEGLIGIBLE**2) * record(sympy.Add(*lengths)))
+    lengths = [record(length + negligible) for length in lengths]
     least: Expr = S.Zero
     for facet, normal in _recorded_normals(record, J):
         square = record(sympy.Add(*(x**2 for x in normal)))
