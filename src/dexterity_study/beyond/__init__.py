@@ -1,0 +1,1 @@
+"""Part V: the library, beyond what the papers ask."""

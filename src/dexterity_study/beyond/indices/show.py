@@ -1,0 +1,99 @@
+"""Figures and tables of the chapter on the indices of the library."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from dexterity import indices
+from dexterity.timing import Timing, ratio
+from dexterity_study.beyond.indices.experiment import FORMS, ROBOTS
+from dexterity_study.beyond.indices.peer_packages import PINOCCHIO, TOOLBOX
+from dexterity_study.engine.evidence import Evidence
+from dexterity_study.page import figures
+from dexterity_study.page.markup import Markup
+from dexterity_study.page.tables import show
+
+NAMES = {
+    "reach_alpha5": "Alpha 5",
+    "puma560": "PUMA",
+    "ur5e": "UR5e",
+    "oberon7": "Oberon 7",
+    "panda": "Panda",
+    "iiwa14": "iiwa 14",
+    "bluerov2": "BlueROV2",
+    "uvms": "paper A",
+}
+"""Robots as the page names them."""
+
+INK = ("#111111", "#ffffff")
+"""Colours of numbers on light and on dark cells, the same in both schemes of the page."""
+
+
+def costs(stored: Evidence, what: str = "value") -> Figure:
+    """Draw the time of compiled C per configuration for each index and robot, as numbers on colours."""
+    medians = 1e9 * stored["times"].where(what=what).pivot_table("median", "index", "robot", sort=False)
+    medians = medians.reindex(index=list(FORMS), columns=list(ROBOTS))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 5.2))
+    scale = LogNorm(np.nanmin(medians), np.nanmax(medians))
+    ax.imshow(medians, norm=scale, cmap="cividis_r", aspect="auto")
+    for (i, j), value in np.ndenumerate(medians.to_numpy()):
+        if not np.isnan(value):
+            ax.text(j, i, f"{value:.0f}", ha="center", va="center", color=INK[scale(value) > 0.5])
+    ax.set_xticks(range(len(ROBOTS)), [NAMES[robot] for robot in ROBOTS], rotation=60, ha="right")
+    ax.set_yticks(range(len(FORMS)), list(FORMS))
+    ax.tick_params(length=0)
+    return fig
+
+
+def measures() -> Markup:
+    """List all measures: formula, bounds, which end is better, and what it needs besides the Jacobian."""
+    rows = {}
+    for name in indices.names():
+        one = indices.describe(name)
+        low, high = (f"{end:g}".replace("inf", "∞").replace("-", "−") for end in one.bounds)
+        rows[one.title] = {
+            "Formula": f"${one.formula}$",
+            "Range": f"{low} to {high}",
+            "Better": "larger" if one.larger_is_better else "smaller",
+            "Needs": ", ".join(one.needs) or "–",
+        }
+    return show(pd.DataFrame.from_dict(rows, orient="index"))
+
+
+def agreement(stored: Evidence) -> Markup:
+    """List the largest deviations over all robots, of compiled code from autograd and of other packages."""
+    compiled = stored["agreement"].where().groupby("index", sort=False)[["value", "gradient"]].max()
+    peers = stored["peers"].where().pivot_table("deviation", "index", "package", aggfunc="max")
+    columns = {
+        "Value": compiled["value"],
+        "Gradient": compiled["gradient"],
+        "pinocchio": peers[PINOCCHIO],
+        "roboticstoolbox": peers[TOOLBOX],
+    }
+    return show(pd.DataFrame(columns).reindex(list(FORMS)), "{:.0e}")
+
+
+def ways(stored: Evidence) -> Markup:
+    """List times of w and KCI of the twelve-joint system, and how many times faster each way is than a peer."""
+    frame, columns = stored["ways"].where(), {}
+    for index, own in frame.groupby("index", sort=False):
+        timings = {row["way"]: Timing(*row[["way", *_FIELDS]]) for _, row in own.iterrows()}
+        peer = timings["pinocchio and numpy, one by one"]
+        columns[f"{index} [ns]"] = {way: 1e9 * one.median for way, one in timings.items()}
+        columns[f"{index}, times faster"] = {
+            way: 1.0 if one is peer else ratio(peer, one).value for way, one in timings.items()
+        }
+    return show(pd.DataFrame(columns), "{:,.3g}")
+
+
+def memory(stored: Evidence) -> Markup:
+    """List the growth of memory per configuration."""
+    grown = stored["memory"].where().set_index("way")["bytes"].rename("byte per configuration")
+    return show(grown.rename_axis(None), "{:.0f}")
+
+
+_FIELDS = ("configurations", "lower", "median", "upper")
