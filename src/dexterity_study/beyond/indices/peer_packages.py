@@ -73,4 +73,4 @@ def _toolbox_robot(chain: Chain) -> Any:
     transforms = [ET.SE3(SE3(links[0], check=False))]
     for kind, link in zip(chain.kinds, links[1:], strict=True):
         transforms += [motions[kind](), ET.SE3(SE3(link, check=False))]
-    return Robot(ETS(transforms))
+    return Robot(ETS(transforms))  # type: ignore[operator]
