@@ -91,7 +91,7 @@ def agreement(seed: int, count: int = 200, **only: tuple[str, ...]) -> Iterator[
         q = draws(chain, count, seed).requires_grad_()
         values = index.bind(chain)(q)
         (gradients,) = torch.autograd.grad(values.sum(), q)
-        for backend in ("torch", "c"):
+        for backend in ("torch", "c") if index.measure.recorded else ("torch",):
             compiled = symbolic.compile_index(chain, index, backend=backend)
             value, gradient = compiled.value_and_gradient(q.detach())
             yield {
@@ -125,6 +125,8 @@ def times(
 ) -> Iterator[Row]:
     """Times of compiled C per configuration [s], of values alone and of values with gradients."""
     for robot, name, chain, index in cases(**only):
+        if index.measure.recorded is None:
+            continue
         q = draws(chain, count, seed)
         compiled = symbolic.compile_index(chain, index, backend="c")
         ways = [
