@@ -460,7 +460,7 @@ def uvms_space(
 def relevant_joints(chain: Chain, index: Index) -> tuple[int, ...]:
     """Joints that an index depends on, counted from 0: the inputs of paper A's Eqs. 11 and 12.
 
-    They are found by deriving the index; see ``matters`` of :class:`dexterity.derivation.Derivation`. Where
+    They are found by deriving the index; see ``matters`` of :class:`dexterity.symbolic.Derivation`. Where
     it cannot be derived, they are the joints along which it changes at one of many configurations.
 
     Raises

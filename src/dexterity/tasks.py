@@ -93,7 +93,7 @@ class Task:
 
 
 Criterion: TypeAlias = "Task | Index | CompiledIndex | str"
-"""What may rank: a task, an index, a compiled index, or the name of a task or of an index."""
+"""What may rank, a task, an index, a compiled index, or the name of a task or of an index."""
 
 
 @dataclass(frozen=True)

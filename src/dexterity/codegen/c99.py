@@ -56,7 +56,7 @@ def function_name(chain: SymbolicChain, index: Index, precision: Precision = "do
 def c_source(derivation: Derivation, name: str | None = None, precision: Precision = "double") -> str:
     """Return one C file, without a header, that computes an index and its gradient.
 
-    Parameters and errors are those of :func:`c_files`.
+    Parameters and errors are those of :func:`dexterity.codegen.c_files`.
     """
     file, header, code = _parts(derivation, name, precision)
     return file.standalone(header, code)

@@ -45,7 +45,7 @@ class _Map(NamedTuple):
 def c_source(chain: Chain | SymbolicChain, name: str | None = None, precision: Precision = "double") -> str:
     """Return one C file, without a header, with the kinematics of a chain.
 
-    Parameters and errors are those of :func:`c_files`.
+    Parameters and errors are those of :func:`dexterity.codegen.c_files`.
     """
     file, header, code = _parts(chain, name, precision)
     return file.standalone(header, code)

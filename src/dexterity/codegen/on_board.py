@@ -33,7 +33,7 @@ def c_files(
     Parameters
     ----------
     subject
-        A derived index (:func:`dexterity.derivation.derive`) for its value and gradient, or a chain for its
+        A derived index (:func:`dexterity.symbolic.derive`) for its value and gradient, or a chain for its
         pose, its Jacobians, and joint rates for a twist.
     name
         What all names in the files begin with; by default it says what is computed, and ends in eight digits

@@ -75,7 +75,7 @@ class Derivation:
 
     @cached_property
     def kind(self) -> Literal["closed", "spectral", "numeric"]:
-        """How the index is computed: by :attr:`value`, from :attr:`bidiagonal`, or by torch alone."""
+        """How the index is computed, by :attr:`value`, from :attr:`bidiagonal`, or by torch alone."""
         if self.not_recorded:
             return "numeric"
         return "closed" if isinstance(self.measure.recorded, Closed) else "spectral"
@@ -102,7 +102,7 @@ class Derivation:
 
     @cached_property
     def values_as_given(self) -> tuple[Symbol, ...]:
-        """Symbols of the joints' values for joint limits: unlike q1 … qn they may not be reduced to a turn.
+        """Symbols of the joints' values for joint limits; unlike q1 … qn they may not be reduced to a turn.
 
         Empty for a measure that depends on no limits. They are inputs of :attr:`value` and of
         :attr:`value_and_gradient` after the joint values.
@@ -123,7 +123,7 @@ class Derivation:
 
     @cached_property
     def jacobian(self) -> Program:
-        """Rows of the Jacobian that count, times the joint rates: m × n' outputs row by row.
+        """Rows of the Jacobian that count, times the joint rates, m × n' outputs row by row.
 
         Locked joints have no column. Three translations that together weigh all directions alike stand at
         the end as multiples of the axes themselves. Turning the axes and shifting the point gives the
@@ -148,7 +148,7 @@ class Derivation:
 
     @cached_property
     def value(self) -> Program:
-        """Compute a measure in closed form: one output, from the joint values, and again as they are given.
+        """Compute a measure in closed form, one output, from the joint values, and again as they are given.
 
         Raises
         ------

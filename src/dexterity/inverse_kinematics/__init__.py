@@ -1,6 +1,6 @@
 """Joint values that put the tool at a pose: all of them in closed form, or by search, for any chain.
 
-:func:`solve` takes a closed form where the chain has one (:func:`closed_form`) and a search from many
+:func:`.solve` takes a closed form where the chain has one (:func:`.closed_form`) and a search from many
 seeds where not, and says which. The closed forms can be called by themselves (`wrists`, `parallel_axes`).
 Full turns and limits are in `turns`, motion that leaves the tool where it is in `null_space`.
 

@@ -48,7 +48,7 @@ def closed_form(chain: Chain) -> str | None:
     ``"spherical wrist"`` (the axes of the last three of six revolute joints meet), ``"three parallel axes"``
     (those of joints 2, 3 and 4 are parallel and 5 and 6 meet, or the same seen from the tool),
     ``"spherical shoulder"`` (the first three meet), or None: only a search finds configurations. Axes that
-    meet or are parallel to six digits count; :func:`geometric_miss` says by how much they miss.
+    meet or are parallel to six digits count; :func:`.geometric_miss` says by how much they miss.
     """
     form = form_of(checks.instance(chain, "chain", Chain))
     return None if form is None else form.name

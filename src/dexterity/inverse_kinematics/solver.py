@@ -41,10 +41,10 @@ from dexterity.spatial.tolerances import LIMIT
 __all__ = ["Method", "Secondary", "solve"]
 
 Method: TypeAlias = Literal["auto", "closed form", "search"]
-"""How to solve: in closed form where there is one and else by search, or one of the two."""
+"""How to solve, in closed form where there is one and else by search, or one of the two."""
 
 Secondary: TypeAlias = Objective | Literal["centre"] | Any
-"""What redundant joints are for: an index or any function of joint values, or the middle of the limits."""
+"""What redundant joints are for, an index or any function of joint values, or the middle of the limits."""
 
 _SAME = 1e-4  # [rad] or [m] below which two ends of a search are one configuration
 _REPRESENTATIVE = 0.5  # [rad] or [m] by which configurations of a redundant chain are told apart

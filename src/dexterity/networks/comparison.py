@@ -116,7 +116,7 @@ def times(
         What the exact index is computed in, ``"C"`` or ``"torch"``. The network is compiled to C where there
         is a compiler.
     rounds, seconds
-        See :func:`dexterity.timing.measure`.
+        See :func:`dexterity.timing.measurement.measure`.
     """
     compiled: Function = network
     try:

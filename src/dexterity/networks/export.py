@@ -110,7 +110,7 @@ def compile_network(network: Network) -> CompiledNetwork:
 def c_source(network: Network, name: str, precision: Precision = "double") -> str:
     """Return one C file, without a header, that computes a network's value.
 
-    Parameters and errors are those of :func:`c_files`.
+    Parameters and errors are those of :func:`dexterity.codegen.c_files`.
     """
     file, header, code = c_code.parts(network, name, precision, _heading)
     return file.standalone(header, code)

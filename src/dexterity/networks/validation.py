@@ -143,7 +143,7 @@ def judge(f: Function, data: DataSet, scale: float | None = None) -> ErrorDistri
     Raises
     ------
     ValueError
-        See :func:`relative_errors`.
+        See :func:`~dexterity.networks.validation.relative_errors`.
     """
     errors = relative_errors(f, data, scale).abs()
     sizes = errors.numpy(force=True)

@@ -39,7 +39,7 @@ from dexterity.spatial.tolerances import LIMIT
 __all__ = ["ClosedForm", "Found", "Method", "Search", "different", "drawn_range", "finder"]
 
 Method: TypeAlias = Literal["auto", "closed form", "search"]
-"""How configurations are found: ``"auto"`` takes the closed form where the chain has one."""
+"""How configurations are found; ``"auto"`` takes the closed form where the chain has one."""
 
 _ARRIVED = 1e-9
 _DIFFERENT = 1e-4  # [rad] or [m], to which the search finds joint values even near a singularity

@@ -145,7 +145,7 @@ class Placements:
 
     @property
     def best(self) -> Placement:
-        """Best base: the refined one if there is one, else the best candidate."""
+        """Best base, the refined one if there is one, else the best candidate."""
         return self.refined or self.candidate(int(self.order[0]))
 
     def candidate(self, number: int) -> Placement:

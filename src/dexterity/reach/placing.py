@@ -37,7 +37,7 @@ from dexterity.spatial.tolerances import LIMIT
 __all__ = ["By", "place"]
 
 By: TypeAlias = Literal["worst", "mean"]
-"""What values a base: the worst of the poses, or their mean."""
+"""What values a base, the worst of the poses or their mean."""
 
 _POSES_AT_ONCE = 1024
 

@@ -39,7 +39,7 @@ from dexterity.spatial.tolerances import LIMIT
 __all__ = ["Method", "survey"]
 
 Method: TypeAlias = Literal["auto", "closed form", "search", "sampling"]
-"""How poses are looked at: ``"auto"`` takes the closed form where the chain has one, and else a search."""
+"""How poses are looked at; ``"auto"`` takes the closed form where the chain has one, and else a search."""
 
 _AT_ONCE = {"closed form": 4096, "search": 1024}
 
@@ -106,7 +106,7 @@ def survey(
 
     Returns
     -------
-    The map. After Ctrl-C, the map of what was finished, with :attr:`ReachMap.finished` false.
+    The map. After Ctrl-C, the map of what was finished, with ``finished`` false.
 
     Raises
     ------

@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 QuaternionOrder: TypeAlias = Literal["xyzw", "wxyz"]
-"""Where the real part stands: last (ROS, scipy, pinocchio) or first (Eigen's constructor, MuJoCo)."""
+"""Where the real part stands, last (ROS, scipy, pinocchio) or first (Eigen's constructor, MuJoCo)."""
 
 
 def nearest_rotation(matrix: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tensor, "*batch 3 3"]:

@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
-"""Real numbers: a tensor, a numpy array, a nested sequence of numbers or tensors, or a number."""
+"""Real numbers as a tensor, a numpy array, a nested sequence of numbers or tensors, or a number."""
 
 
 @contextmanager

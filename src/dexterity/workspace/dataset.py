@@ -428,7 +428,7 @@ def _or_one(unit: Tensor, train: Tensor) -> Tensor:
 
 
 CSV_SETS = ("conf", "conf_dyna", "jacob", "jacob0")
-"""Names of the paper's sets: confidence labels, the same with dynamic parameters, Jacobians in the axes of
+"""Names of the paper's sets, confidence labels, the same with dynamic parameters, Jacobians in the axes of
 the tool, and of the base."""
 
 

@@ -239,13 +239,13 @@ def network_for(
 
 
 def confidence_rows(network: JacobianNet, data: ConfidenceData) -> Rows:
-    """Return rows of the confidence head; errors are those of :meth:`JacobianNet.scaled_inputs`."""
+    """Return rows of the confidence head; errors are those of :meth:`.JacobianNet.scaled_inputs`."""
     checks.instance(data, "data", ConfidenceData)
     return Rows(network.scaled_inputs(data.samples), data.reachable[:, None].float())
 
 
 def estimation_rows(network: JacobianNet, data: JacobianData) -> Rows:
-    """Return rows of the estimation head; errors are those of :meth:`JacobianNet.scaled_inputs`."""
+    """Return rows of the estimation head; errors are those of :meth:`.JacobianNet.scaled_inputs`."""
     checks.instance(data, "data", JacobianData)
     y = encode(data.jacobian, data.samples, network.entries)
     return Rows(network.scaled_inputs(data.samples), network.scaling("out").apply(y).float())

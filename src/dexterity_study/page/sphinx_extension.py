@@ -1,6 +1,7 @@
 """Sphinx extension of the book: captions, hover texts, downloads of notebooks, the viewer of the scenes."""
 
 import html
+import importlib
 import json
 import shutil
 import zipfile
@@ -31,12 +32,27 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.set_html_assets_policy("always")  # ledgers have formulas that Sphinx does not see
     app.connect("source-read", _depend_on_outputs)
     app.connect("doctree-resolved", hovers.explain)
+    app.connect("missing-reference", _where_it_is_described)
     app.connect("autodoc-process-docstring", summaries.add_summary)
     app.connect("env-updated", _write_in_parallel)
     app.connect("html-page-context", _offer_notebooks, priority=502)  # after the theme's own buttons
     app.connect("html-page-context", _describe)
     app.connect("build-finished", _copy_files)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _where_it_is_described(app: Sphinx, env: Any, node: Any, content: Any) -> Any:
+    """Resolve the public name of a package, such as `dexterity.spatial.pose`, to the module that describes it."""
+    package, _, name = node.get("reftarget", "").rpartition(".")
+    if node.get("refdomain") != "py" or not package.startswith("dexterity."):
+        return None
+    try:
+        thing = getattr(importlib.import_module(package), name)
+        described = f"{thing.__module__}.{thing.__qualname__}"
+    except (ImportError, AttributeError):
+        return None
+    domain = env.get_domain("py")
+    return domain.resolve_xref(env, node["refdoc"], app.builder, node["reftype"], described, node, content)
 
 
 def _executed(app: Sphinx, page: str) -> Path:
