@@ -42,7 +42,7 @@ def costs(stored: Evidence, what: str = "value") -> Figure:
     ax.imshow(medians, norm=scale, cmap="cividis_r", aspect="auto")
     for (i, j), value in np.ndenumerate(medians.to_numpy()):
         if not np.isnan(value):
-            ax.text(j, i, f"{value:.0f}", ha="center", va="center", color=INK[scale(value) > 0.5])
+            ax.text(j, i, f"{value:.0f}", ha="center", va="center", color=INK[int(scale(value) > 0.5)])
     ax.set_xticks(range(len(ROBOTS)), [NAMES[robot] for robot in ROBOTS], rotation=60, ha="right")
     ax.set_yticks(range(len(FORMS)), list(FORMS))
     ax.tick_params(length=0)
