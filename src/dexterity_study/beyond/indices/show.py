@@ -46,6 +46,7 @@ def costs(stored: Evidence, what: str = "value") -> Figure:
     ax.set_xticks(range(len(ROBOTS)), [NAMES[robot] for robot in ROBOTS], rotation=60, ha="right")
     ax.set_yticks(range(len(FORMS)), list(FORMS))
     ax.tick_params(length=0)
+    ax.grid(visible=False)
     return fig
 
 
