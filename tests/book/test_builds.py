@@ -72,7 +72,7 @@ def _build_after_edits(folder: Path) -> list[Build]:
     """Build a copy, edit a function that its chapter uses, build again, and again without an edit."""
     add_source(make_copy(folder, CLOCK_AND_HAT))
     first = make_book(folder)
-    _double_argument(folder / "src" / "dexterity" / "spatial.py", "hat")
+    _double_argument(folder / "src" / "dexterity" / "spatial" / "poses.py", "hat")
     return [first, make_book(folder), make_book(folder)]
 
 

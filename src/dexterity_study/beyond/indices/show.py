@@ -57,10 +57,10 @@ def measures() -> Markup:
         one = indices.describe(name)
         low, high = (f"{end:g}".replace("inf", "∞").replace("-", "−") for end in one.bounds)
         rows[one.title] = {
-            "Formula": f"${one.formula}$",
             "Range": f"{low} to {high}",
             "Better": "larger" if one.larger_is_better else "smaller",
             "Needs": ", ".join(one.needs) or "–",
+            "Formula": f"${one.formula}$",
         }
     return show(pd.DataFrame.from_dict(rows, orient="index"))
 
