@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Precision", "onnx_model", "save_onnx"]
 
 Precision: TypeAlias = Literal["double", "float"]
-"""Precision of a model's numbers: 64 or 32 bits."""
+"""Precision of a model's numbers, 64 or 32 bits."""
 
 OPSET = 17
 """Version of ONNX's operators that models are written in."""
