@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import mpmath
 import numpy as np
 import onnx
 import onnxruntime
@@ -336,38 +335,6 @@ def test_sanitizers_find_nothing(tmp_path, compiler, name):
         assert_allclose([float.fromhex(word) for word in words], expected, rtol=1e-12, atol=1e-12)
         codes = [next(lines) for _ in range(3)]
         assert codes == ["0", "0", str(NOT_FINITE if count else 0)]
-
-
-def powers_of_two(x: np.ndarray) -> np.ndarray:
-    wrapper = """
-    void powers(const double *x, size_t count, double *y);
-    void powers(const double *x, size_t count, double *y)
-    {
-      for (size_t i = 0; i < count; ++i)
-        y[i] = f_power_of_two(x[i]);
-    }
-    """
-    y = np.empty_like(x)
-    file = CFile("f")
-    source = file.standalone("#include <stddef.h>\n", file.power_of_two() + wrapper)
-    library.compiled_library(source).powers(_pointer(x), ctypes.c_size_t(x.size), _pointer(y))
-    return y
-
-
-def test_powers_of_two_are_off_by_two_units_in_the_last_place_at_most(rng):
-    halves = np.arange(-1021.5, 1023.6, 0.5)
-    x = np.concatenate(
-        [rng.uniform(-2, 2, 1000), rng.uniform(-1021, 1023.99, 1000), halves, np.nextafter(halves, 0)]
-    )
-    with mpmath.workdps(40):
-        for exponent, y in zip(x.tolist(), powers_of_two(x).tolist(), strict=True):
-            assert abs(mpmath.mpf(y) - mpmath.mpf(2) ** exponent) <= 2 * np.spacing(y)
-
-
-def test_powers_of_two_end_in_zero_and_infinity():
-    x = np.array([-1e308, -1e5, -1075.5, -1074, -1022, 0, 1023, 1024, 1e5, 1e308, np.inf, -np.inf, np.nan])
-    y = [0, 0, 0, 2.0**-1074, 2.0**-1022, 1, 2.0**1023, *[np.inf] * 4, 0, np.nan]
-    assert_array_equal(powers_of_two(x), y)
 
 
 def smallest_eigenvalues(matrices: np.ndarray) -> np.ndarray:

@@ -97,7 +97,7 @@ def _parts(derivation: Derivation, name: str | None, precision: Precision) -> tu
     rows = references(derivation)
     code = file.fill(
         "file.c.in",
-        sine_cosine=file.sine_cosine() if "_sine_cosine(" in computation.code else "",
+        elementary=file.elementary(computation.code),
         lay_out=file.lay_out(turning, values_too),
         computation=computation.code,
         inputs=f"{2 if values_too else 1}*{file.name.upper()}_JOINTS",

@@ -7,7 +7,7 @@ Examples
 --------
 >>> from dexterity.codegen.c_file import CFile
 >>> file = CFile("arm", "float")
->>> "static inline void arm_sine_cosine(double x" in file.sine_cosine()
+>>> "static inline void arm_sine_cosine(double x" in file.elementary("arm_sine_cosine(q, &s, &c);")
 True
 >>> files = file.files("header", "code")
 >>> sorted(files)
@@ -16,7 +16,8 @@ True
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
@@ -27,7 +28,7 @@ from numpy.typing import NDArray
 from sympy import Symbol
 
 from dexterity.codegen.names import require_c_name
-from dexterity.codegen.printing import C, number, template, with_angles_paired
+from dexterity.codegen.printing import c_printer, number, template, with_angles_paired
 from dexterity.codegen.single_precision import in_single_precision
 from dexterity.program import Program
 
@@ -50,14 +51,18 @@ class _Format:
         Width of a number, of the stored part of its mantissa, and what is added to its exponent.
     half
         Half of an exponent at which powers of two are certainly zero or infinite.
-    power_terms
-        Terms of the polynomial for a power of two.
+    power_terms, exponential_terms, logarithm_terms
+        Terms of the polynomials for a power of two, an exponential beyond 1 + x, and a logarithm.
     sine_terms
         Terms of the polynomials for sine and cosine beyond the first.
     parts
         Bits of the three parts of π/2.
     range
         Largest angle whose number of quarter turns times each part is exact.
+    log_bits
+        Bits of the first part of log 2, whose product with any exponent is exact.
+    small
+        Positive numbers below this one may have lost bits of their mantissa.
     """
 
     bits: int
@@ -65,14 +70,18 @@ class _Format:
     bias: int
     half: int
     power_terms: int
+    exponential_terms: int
+    logarithm_terms: int
     sine_terms: int
     parts: tuple[int, int, int]
     range: float
+    log_bits: int
+    small: float
 
 
 _FORMATS: dict[Precision, _Format] = {
-    "double": _Format(64, 52, 1023, 550, 12, 7, (33, 33, 53), 1e5),
-    "float": _Format(32, 23, 127, 80, 7, 4, (16, 16, 24), 400.0),
+    "double": _Format(64, 52, 1023, 550, 12, 12, 8, 7, (33, 33, 53), 1e5, 40, 1e-300),
+    "float": _Format(32, 23, 127, 80, 7, 6, 4, 4, (16, 16, 24), 400.0, 15, 1e-30),
 }
 
 LANES = 16
@@ -147,13 +156,16 @@ class CFile:
 
     def patterns(self) -> dict[str, object]:
         """Return the bits of some numbers, as templates take them."""
-        bits = self._format.bits
         patterns = {
-            "magnitude": (1 << (bits - 1)) - 1,
+            "magnitude": (1 << (self._format.bits - 1)) - 1,
             "turn_bits": self._pattern(_TURN),
             "infinity_bits": self._pattern(np.inf),
         }
-        return {"bits": bits} | {name: f"UINT{bits}_C({pattern:#x})" for name, pattern in patterns.items()}
+        literals = {name: self._literal(pattern) for name, pattern in patterns.items()}
+        return {"bits": self._format.bits} | literals
+
+    def _literal(self, pattern: int) -> str:
+        return f"UINT{self._format.bits}_C({pattern:#x})"
 
     def _pattern(self, x: float) -> int:
         if self.precision == "float":
@@ -190,7 +202,7 @@ class CFile:
         statements = [
             *(f"const double {q} = in[{program.inputs.index(q)}][l];" for q in program.used_inputs),
             *self._statements(program),
-            *(f"out[{i}][l] = {_as_number(output)};" for i, output in enumerate(program.outputs)),
+            *(f"out[{i}][l] = {self._as_number(output)};" for i, output in enumerate(program.outputs)),
         ]
         body = "\n".join(f"    {statement}" for statement in statements)
         rows = f"double (*{self.name.upper()}_RESTRICT %s)[{self.name.upper()}_LANES]"
@@ -204,17 +216,34 @@ class CFile:
         for place, item in enumerate(with_angles_paired(program)):
             if len(item) == 2:
                 symbol, expression = item
-                statements.append(f"const double {symbol} = {_as_number(expression)};")
+                statements.append(f"const double {symbol} = {self._as_number(expression)};")
             else:
                 angle, sine, cosine = (x or Symbol(f"unused{place}") for x in item)
                 statements.append(f"double {sine}, {cosine};")
-                statements.append(f"{self.name}_sine_cosine({C.doprint(angle)}, &{sine}, &{cosine});")
+                statements.append(f"{self.name}_sine_cosine({self._as_number(angle)}, &{sine}, &{cosine});")
         return statements
+
+    def _as_number(self, expression: sympy.Expr) -> str:
+        """Return an expression in C; a whole number has a point, so that it has the type of the others."""
+        if expression.is_Number and expression.is_finite:
+            return number(float(expression))
+        return str(c_printer(f"{self.name}_").doprint(expression))
 
     # ---- elementary functions ----------------------------------------------------------------------
 
-    def sine_cosine(self) -> str:
-        """Return the C function for a sine with its cosine.
+    def elementary(self, code: str) -> str:
+        """Return those C functions for sines, powers and logarithms that some code calls."""
+        texts = {
+            "sine_cosine": self._sine_cosine,
+            "power_of_two": self._power_of_two,
+            "exponential": self._exponential,
+            "logarithm": self._logarithm,
+        }
+        called = "".join(text() for name, text in texts.items() if f"{self.name}_{name}(" in code)
+        return (self._whole_power() if f"{self.name}_whole_power(" in called else "") + called
+
+    def _sine_cosine(self) -> str:
+        """Sine with cosine.
 
         Angles are reduced by π/2 in three parts. Beyond ±π/4 nothing is left, and there the first term that
         the Taylor polynomials leave out is below half a rounding error.
@@ -255,24 +284,67 @@ class CFile:
                 rest -= parts[-1]
         return parts
 
-    def power_of_two(self) -> str:
-        """Return the C function for 2 to a power: whole numbers in the exponent's bits, a polynomial between.
+    def _power_of_two(self) -> str:
+        """2 to a power: whole numbers in the exponent's bits, a polynomial between."""
+        power = _fitted(lambda r: mpmath.mpf(2) ** r, [-0.5, 0.5], self._format.power_terms)
+        parts = {"most": repr(2.0 * self._format.half), "power": _nested(power, "r")}
+        return self.fill("power_of_two.c.in", **parts, **self.patterns())
 
-        The polynomial interpolates in Chebyshev's points, and is off by less than half a rounding error
-        within ±1/2.
-        """
-        own = self._format
-        with mpmath.workprec(200):
-            coefficients = mpmath.chebyfit(lambda r: mpmath.mpf(2) ** r, [-0.5, 0.5], own.power_terms)
+    def _whole_power(self) -> str:
+        own, large = self._format, 1.5 * 2.0**self._format.mantissa
         return self.fill(
-            "power_of_two.c.in",
+            "whole_power.c.in",
             bits=own.bits,
-            bias=own.bias,
+            twice_bias=2 * own.bias,
             mantissa=own.mantissa,
-            half=own.half,
-            most=repr(2.0 * own.half),
-            power=_nested([float(c) for c in coefficients], "r"),
+            large=repr(large),
+            large_bits=self._literal(self._pattern(large)),
         )
+
+    def _exponential(self) -> str:
+        """Exponential: a whole power of two, and 1 + r + r² times a polynomial of what is left."""
+        end, own = math.log(2) / 2, self._format
+        power = _fitted(lambda r: (mpmath.expm1(r) - r) / r**2, [-end, end], own.exponential_terms)
+        return self.fill(
+            "exponential.c.in",
+            most=repr(2 * own.half * math.log(2)),
+            per_log_of_two=repr(1 / math.log(2)),
+            power=_nested(power, "r"),
+            **self._log_of_two(),
+            **self.patterns(),
+        )
+
+    def _logarithm(self) -> str:
+        """Logarithm: of the whole power of two, and of m = 1 + f, which lies within a factor √2 of 1.
+
+        With s = f/(2 + f) it is 2 artanh s = f - f²/2 + s (f²/2 + s² p(s²)), where f is exact.
+        """
+        own, most = self._format, ((math.sqrt(2) - 1) / (math.sqrt(2) + 1)) ** 2
+        large, lift = 2.0**own.mantissa, own.mantissa + 2
+        series = _fitted(
+            lambda z: (2 * mpmath.atanh(mpmath.sqrt(z)) / mpmath.sqrt(z) - 2) / z,
+            [0, most],
+            own.logarithm_terms,
+        )
+        patterns = {"one": 1.0, "root": math.sqrt(0.5), "large": large, "nan": np.nan}
+        return self.fill(
+            "logarithm.c.in",
+            small=own.small,
+            lift=repr(2.0**lift),
+            bias=repr(large + own.bias),
+            lifted_bias=repr(large + own.bias + lift),
+            mantissa=own.mantissa,
+            mantissa_bits=self._literal((1 << own.mantissa) - 1),
+            series=_nested(series, "z"),
+            **{f"{name}_bits": self._literal(self._pattern(x)) for name, x in patterns.items()},
+            **self._log_of_two(),
+            **self.patterns(),
+        )
+
+    def _log_of_two(self) -> dict[str, str]:
+        with mpmath.workprec(200):
+            first = _rounded(mpmath.log(2), self._format.log_bits)
+            return {"log_of_two0": repr(first), "log_of_two1": repr(float(mpmath.log(2) - first))}
 
 
 _INCLUDES = "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n\n"
@@ -295,16 +367,18 @@ def commented(lines: Iterable[str]) -> str:
     return "\n".join(f" * {line}".rstrip() for line in lines)
 
 
-def _as_number(expression: sympy.Expr) -> str:
-    """Return an expression in C; a whole number has a point, so that it has the type of the others."""
-    if expression.is_Number and expression.is_finite:
-        return number(float(expression))
-    return str(C.doprint(expression))
-
-
 def _rounded(x: mpmath.mpf, bits: int) -> float:
     with mpmath.workprec(bits):
         return float(+x)
+
+
+def _fitted(function: Callable[[mpmath.mpf], mpmath.mpf], ends: list[float], terms: int) -> list[float]:
+    """Coefficients, from the highest power down, of the polynomial that interpolates in Chebyshev's points.
+
+    With the terms of the formats it is off by less than half a rounding error.
+    """
+    with mpmath.workprec(200):
+        return [float(c) for c in mpmath.chebyfit(function, ends, terms)]
 
 
 def _horner(polynomial: sympy.Expr, z: Symbol) -> str:

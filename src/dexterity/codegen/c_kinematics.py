@@ -86,9 +86,8 @@ def _parts(chain: Chain | SymbolicChain, name: str | None, precision: Precision)
     values_too = any(needs_values(one.program, turning) for one in maps)
     inputs = f"{2 if values_too else 1}*{name.upper()}_JOINTS"
     functions = "".join(_function(file, one, turning, values_too, inputs) for one in maps)
-    has_angles = "_sine_cosine(" in functions
     code = (
-        (file.sine_cosine() if has_angles else "")
+        file.elementary(functions)
         + file.lay_out([int(turns) for turns in turning], values_too)
         + functions
         + _resolve(file, chain.numeric())

@@ -10,13 +10,13 @@ Examples
 >>> x, y = sympy.symbols("x y", real=True)
 >>> record = Recorder()
 >>> costs(record.program((x, y), [sympy.sqrt(x * y + 1), sympy.sin(x)]))
-Costs(arithmetic=2, roots=1, sine_cosines=1)
+Costs(arithmetic=2, roots=1, sine_cosines=1, exponentials=0)
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import sympy
 
@@ -40,40 +40,47 @@ class Costs:
         Square roots.
     sine_cosines
         Sines with their cosines.
+    exponentials
+        Exponentials and logarithms.
     """
 
     arithmetic: int = 0
     roots: int = 0
     sine_cosines: int = 0
+    exponentials: int = 0
 
     def __add__(self, other: Costs) -> Costs:
         return Costs(
             self.arithmetic + other.arithmetic,
             self.roots + other.roots,
             self.sine_cosines + other.sine_cosines,
+            self.exponentials + other.exponentials,
         )
 
     def __mul__(self, times: int) -> Costs:
-        return Costs(self.arithmetic * times, self.roots * times, self.sine_cosines * times)
+        return Costs(*(number * times for number in astuple(self)))
 
     def __str__(self) -> str:
-        return (
+        words = (
             f"{self.arithmetic} additions, multiplications and divisions, {self.roots} square roots, "
             f"{self.sine_cosines} sines with cosines"
         )
+        return f"{words}, {self.exponentials} exponentials and logarithms" if self.exponentials else words
 
 
 def costs(program: Program) -> Costs:
     """Count the operations of a program, each step once."""
-    arithmetic = roots = angles = 0
+    arithmetic = roots = angles = exponentials = 0
     for item in with_angles_paired(program):
         if len(item) == 3:
             angles += 1
             continue
         _, expression = item
-        arithmetic += operations.count([expression]).total
+        # An exponential counts as a multiplication there.
+        arithmetic += operations.count([expression]).total - len(expression.atoms(sympy.exp))
         roots += sum(1 for power in expression.atoms(sympy.Pow) if power.exp.is_Rational and power.exp.q == 2)
-    return Costs(arithmetic - roots, roots, angles)
+        exponentials += len(expression.atoms(sympy.exp, sympy.log))
+    return Costs(arithmetic - roots, roots, angles, exponentials)
 
 
 _BYTES_OF_CODE = 16
@@ -104,7 +111,7 @@ def memory(programs: Iterable[Program], rows: int, number_bytes: int, constants:
     """
     programs = list(programs)
     needed = sum(map(costs, programs), Costs())
-    operations_in_all = needed.arithmetic + needed.roots + 8 * needed.sine_cosines
+    operations_in_all = needed.arithmetic + needed.roots + 8 * (needed.sine_cosines + needed.exponentials)
     outputs = sum(len(program.inputs) + len(program.outputs) for program in programs)
     code = _FIXED + _BYTES_OF_CODE * (operations_in_all + outputs) + number_bytes * constants
     # Compilers reorder steps, and keep more values at a time than the order of the steps asks for.

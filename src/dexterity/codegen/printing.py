@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cache
 from importlib.resources import files
 from string import Template
 from typing import TypeAlias
@@ -16,7 +17,7 @@ from sympy.printing.precedence import PRECEDENCE
 
 from dexterity.program import Program
 
-__all__ = ["JAVASCRIPT", "C", "Item", "number", "template", "with_angles_paired"]
+__all__ = ["JAVASCRIPT", "Item", "c_printer", "number", "template", "with_angles_paired"]
 
 
 def number(x: float) -> str:
@@ -76,8 +77,12 @@ class _JavascriptPrinter(_Arithmetic, JavascriptCodePrinter):  # type: ignore[mi
     pass
 
 
-C = _CPrinter({"user_functions": {"copysign": "copysign"}, "math_macros": {}})
-"""Prints expressions in C99."""
+@cache
+def c_printer(prefix: str) -> C99CodePrinter:
+    """Return what prints expressions in C99, with exponentials and logarithms of the file itself."""
+    own = {"exp": f"{prefix}exponential", "log": f"{prefix}logarithm"}
+    return _CPrinter({"user_functions": {"copysign": "copysign", **own}, "math_macros": {}})
+
 
 JAVASCRIPT = _JavascriptPrinter({"user_functions": {"copysign": "copysign"}})
 """Prints expressions in JavaScript; ``copysign`` is to be defined."""

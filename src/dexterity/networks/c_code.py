@@ -67,6 +67,7 @@ def parts(
     """
     file, view, exported = CFile(name, precision), network.view, folded(network)
     answer = _answer(file, exported)
+    origin = _origin(file, view) if len(view.carriers) else ""
     q, values = _references(network)
     code = file.fill(
         "network.c.in",
@@ -74,9 +75,9 @@ def parts(
         inputs=len(view.inputs),
         width=view.width,
         seen="{" + ", ".join(map(str, view.inputs)) + "}",
-        origin=_origin(file, view) if len(view.carriers) else "",
+        elementary=file.elementary(origin + answer),
+        origin=origin,
         see_origin=f"  {name}_see_origin(lanes, q, x);\n" if len(view.carriers) else "",
-        power_of_two=file.power_of_two(),
         answer=answer,
         count=len(q),
         rows=table(q.ravel()) if len(q) else "{0.0}",
@@ -158,7 +159,6 @@ def _origin(file: CFile, view: View) -> str:
         turning="{" + ", ".join(str(int(turns)) for turns in turning) + "}",
         rows=f"{2 if values_too else 1}*{file.name.upper()}_CARRIERS",
         raw=f"      carrying[{file.name.upper()}_CARRIERS + j][l] = carrying[j][l];\n" if values_too else "",
-        sine_cosine=file.sine_cosine() if any(turning) else "",
         one_turn=file.one_turn(),
         origin=file.loop("origin", with_angles_apart(program, turning) if values_too else program),
     )

@@ -19,7 +19,7 @@ from torch import Tensor
 from dexterity.elimination import VANISHING, Matrix
 from dexterity.indices.measure import Closed, Measure, Situation, Symbols
 from dexterity.indices.measures.log_manipulability import log_of_volume
-from dexterity.indices.measures.order_independent_manipulability import recorded_mean_square
+from dexterity.indices.measures.order_independent_manipulability import recorded_mean
 from dexterity.program import Recorder
 
 __all__ = ["MEASURE", "isotropy"]
@@ -38,7 +38,7 @@ def _evaluate(J: Tensor, _: Situation) -> Tensor:
 
 def _record(record: Recorder, J: Matrix, _: Symbols) -> Expr:
     total = record(sympy.Add(*(x**2 for row in J for x in row)) + VANISHING)
-    return record(recorded_mean_square(record, J) * record(len(J) * record(1 / total)))
+    return record(recorded_mean(record, J, power=2) * record(len(J) * record(1 / total)))
 
 
 MEASURE = Measure(

@@ -23,15 +23,16 @@ from dexterity.indices.measures.log_manipulability import NONE, log_of_volume
 from dexterity.indices.measures.manipulability import recorded_square
 from dexterity.program import Recorder, select
 
-__all__ = ["MEASURE", "recorded_mean_square"]
+__all__ = ["MEASURE", "recorded_mean"]
 
 
-def recorded_mean_square(record: Recorder, J: Matrix) -> Expr:
-    """Geometric mean of the squares of the singular values, 0 where one of them is."""
+def recorded_mean(record: Recorder, J: Matrix, power: int) -> Expr:
+    """Power of the geometric mean of the singular values, 0 where one of them is."""
     square = record(recorded_square(record, J))
     decides = record(square - NONE)
     log = record(sympy.log(record(select(decides, square, S.One))))
-    return record(select(decides, record(sympy.exp(record(log / len(J)))), S.Zero))
+    mean = record(sympy.exp(record(log * sympy.Rational(power, 2 * len(J)))))
+    return record(select(decides, mean, S.Zero))
 
 
 def _evaluate(J: Tensor, _: Situation) -> Tensor:
@@ -40,10 +41,7 @@ def _evaluate(J: Tensor, _: Situation) -> Tensor:
 
 
 def _record(record: Recorder, J: Matrix, _: Symbols) -> Expr:
-    square = record(recorded_square(record, J))
-    decides = record(square - NONE)
-    log = record(sympy.log(record(select(decides, square, S.One))))
-    return record(select(decides, record(sympy.exp(record(log / (2 * len(J))))), S.Zero))
+    return recorded_mean(record, J, power=1)
 
 
 MEASURE = Measure(
