@@ -35,6 +35,9 @@ MIXED = """<robot name="mixed">
 """
 MIMIC = '<mimic joint="c" multiplier="-2" offset="0.05"/>'
 FREE = MIXED.replace(MIMIC, "")
+A = '<joint name="a" type="revolute"><parent link="plinth"/>'
+LIMIT = 'lower="-1" upper="1" effort="1" velocity="2"'
+EXTRA = '<joint name="e" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint></robot>'
 
 
 def replaced(old: str, new: str, text: str = FREE) -> str:
@@ -106,6 +109,76 @@ def test_a_joint_with_velocity_zero_is_locked_with_a_warning():
     assert chain.rates[0] == 0
 
 
+def test_limits_that_leave_one_value_are_said():
+    """urdfdom#36, urdf-loaders#9: lower and upper are 0 where they are left out; users expect no limits."""
+    with pytest.warns(UserWarning, match="joint 'a' has lower and upper limit 0, so that it cannot move"):
+        chain = dx.Chain.from_urdf(replaced(LIMIT, 'effort="1" velocity="2"'))
+    assert (chain.lower[0], chain.upper[0]) == (0, 0)
+
+
+def test_an_origin_may_turn_by_a_quaternion():
+    """urdfdom#194, of URDF 1.2: the scalar part comes last."""
+    x, y, z, w = dx.spatial.quaternion(dx.spatial.from_rpy([0.3, -1.2, 2.5]), order="xyzw").tolist()
+    by_angles = replaced('rpy="0.3 0 0"', 'rpy="0.3 -1.2 2.5"')
+    by_quaternion = replaced('rpy="0.3 0 0"', f'quat_xyzw="{x} {y} {z:.6f} {w}"')
+    one, other = dx.Chain.from_urdf(by_angles), dx.Chain.from_urdf(by_quaternion)
+    assert_close(one.screws, other.screws, rtol=0, atol=1e-6)
+    assert other.adjusted == 0
+
+
+def test_angles_in_degrees_are_said():
+    with pytest.warns(
+        UserWarning, match=r"joint 'a': origin has rpy '0 0 90', more than a full turn: .*radian"
+    ):
+        dx.Chain.from_urdf(replaced('rpy="0.3 0 0"', 'rpy="0 0 90"'))
+
+
+QUIRKS = {
+    "blanks and other scripts": (FREE.replace('"a"', '"joint 1 (左) ünï"'), 4),
+    "signs and points": (replaced('xyz="0 0.6 0.8"', 'xyz="+0 .6 8.e-1"'), 4),
+    "lines and tabs": (replaced('xyz="0 0.6 0.8"', 'xyz="0\n0.6\t0.8"'), 4),
+    "a comment": (replaced('<joint name="a" ', '<!-- <joint name="a"/> --><joint name="a" '), 4),
+    "a character by its number": (replaced('velocity="2"', 'velocity="&#50;"'), 4),
+    "a namespace": (replaced("<robot ", '<robot xmlns:xacro="http://ros.org/wiki/xacro" version="1.2" '), 4),
+    "no effort": (replaced('effort="1" velocity="2"', 'effort="0" velocity="2"'), 4),
+    "what drives it": (
+        replaced(
+            "</robot>",
+            """<transmission name="t"><joint name="a"/></transmission><gazebo reference="l1"><joint name="a"/>
+            </gazebo><ros2_control name="c"><joint name="a"><limit/></joint></ros2_control></robot>""",
+        ),
+        4,
+    ),
+    "what protects it": (
+        replaced(
+            'velocity="2"/>',
+            """velocity="2" acceleration="9"/><safety_controller soft_lower_limit="-0.5" k_velocity="1"/>
+            <dynamics damping="1"/><calibration rising="0"/>""",
+        ),
+        4,
+    ),
+    "a mimic joint beside the way": (
+        replaced(
+            "</robot>",
+            """<link name="finger"/><joint name="e" type="prismatic"><parent link="tip"/>
+            <child link="finger"/><mimic joint="d"/></joint></robot>""",
+        ),
+        4,
+    ),
+    "fixed joints one behind the other": (
+        replaced("</robot>", '<link name="x"/>' + EXTRA.format(parent="tip", child="x")),
+        4,
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "joints"), QUIRKS.values(), ids=QUIRKS)
+def test_quirks_of_files_do_no_harm(text, joints):
+    chain = dx.Chain.from_urdf(text, base="base", tip="tip")
+    assert chain.joints == joints
+    assert_close(chain.screws, dx.Chain.from_urdf(FREE).screws, rtol=0, atol=1e-15)
+
+
 # ---- up the tree ---------------------------------------------------------------------------------------
 
 FORK = """<robot name="fork">
@@ -169,9 +242,6 @@ def test_links_that_are_fixed_to_each_other_are_one_body():
 
 # ---- what is refused -----------------------------------------------------------------------------------
 
-A = '<joint name="a" type="revolute"><parent link="plinth"/>'
-LIMIT = 'lower="-1" upper="1" effort="1" velocity="2"'
-EXTRA = '<joint name="e" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint></robot>'
 LIGHT = '<inertial><mass value="-1"/></inertial>'
 BAD = {
     "lower above upper": (
@@ -252,6 +322,27 @@ BAD = {
         replaced('<joint name="b" ', '<joint name="b&#9;" '),
         r"joint_names\[1\]",
     ),
+    "axis without numbers": (
+        replaced('<axis xyz="0 0.6 0.8"/>', "<axis>0 0.6 0.8</axis>"),
+        r"joint 'a': axis has xyz ''; 3 numbers",
+    ),
+    "an unknown attribute": (
+        replaced('rpy="0.3 0 0"', 'rpyy="0.3 0 0"'),
+        r"joint 'a': origin has rpyy, which is unknown; xyz, rpy, quat_xyzw are known",
+    ),
+    "angles and a quaternion": (
+        replaced('rpy="0.3 0 0"', 'rpy="0.3 0 0" quat_xyzw="0 0 0 1"'),
+        r"joint 'a': origin has both rpy and quat_xyzw",
+    ),
+    "a quaternion of another length": (
+        replaced('rpy="0.3 0 0"', 'quat_xyzw="0 0 0 2"'),
+        r"joint 'a': origin has quat_xyzw '0 0 0 2' of length 2; 1 is needed",
+    ),
+    "two origins": (replaced('<axis xyz="0 0.6 0.8"/>', "<origin/>"), r"joint 'a' has origin 2 times"),
+    "two axes": (replaced('<axis xyz="0 0.6 0.8"/>', "<axis/><axis/>"), r"joint 'a' has axis 2 times"),
+    "two limits": (replaced('<axis xyz="0 0.6 0.8"/>', "<limit/>"), r"joint 'a' has limit 2 times"),
+    "two parents of a joint": (replaced(A, A + '<parent link="l4"/>'), r"joint 'a' has parent 2 times"),
+    "an entity": ('<!DOCTYPE robot SYSTEM "file:///etc/passwd">' + FREE, "declares a document type"),
     "negative mass": (
         replaced('<link name="l1"/>', f'<link name="l1">{LIGHT}</link>'),
         "link 'l1': inertial has mass -1",

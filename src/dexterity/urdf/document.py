@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,13 +91,56 @@ class Values:
             raise self.refuse(where, f"has {key} {text!r}; {needed} needed")
         return values
 
-    def pose(self, element: Element | None, where: str) -> Array:
-        """Return the (4, 4) pose of an origin; the identity where there is none."""
+    def part(self, element: Element, tag: str, where: str, known: tuple[str, ...] = ()) -> Element | None:
+        """Return the element of a tag inside another, None if there is none.
+
+        Raises
+        ------
+        ValueError
+            If there are several, or it holds an attribute beyond those known.
+        """
+        inside = element.findall(tag)
+        if len(inside) > 1:
+            raise self.refuse(where, f"has {tag} {len(inside)} times")
+        unknown = sorted(set(inside[0].keys()) - set(known)) if inside and known else []
+        if unknown:
+            raise self.refuse(
+                f"{where}: {tag}", f"has {unknown[0]}, which is unknown; {', '.join(known)} are known"
+            )
+        return inside[0] if inside else None
+
+    def pose(self, element: Element, where: str) -> Array:
+        """Return the (4, 4) pose that the origin of an element gives; the identity where it has none."""
         T = np.eye(4)
-        if element is not None:
-            T[:3, :3] = _rotation(*self.numbers(element, "rpy", where, 3, "0 0 0"))
-            T[:3, 3] = self.numbers(element, "xyz", where, 3, "0 0 0")
+        origin = self.part(element, "origin", where, ("xyz", "rpy", "quat_xyzw"))
+        if origin is None:
+            return T
+        where = f"{where}: origin"
+        angles = self.numbers(origin, "rpy", where, 3, "0 0 0")
+        T[:3, :3] = _rotation(*angles)
+        if max(map(abs, angles)) > 2 * math.pi:
+            said = (
+                f"{self.file}: {where} has rpy {origin.get('rpy')!r}, more than a full turn: they are radians"
+            )
+            warnings.warn(said, stacklevel=2)
+        if origin.get("quat_xyzw") is not None:
+            if origin.get("rpy") is not None:
+                raise self.refuse(where, "has both rpy and quat_xyzw; one of them is needed")
+            T[:3, :3] = self._quaternion(origin, where)
+        T[:3, 3] = self.numbers(origin, "xyz", where, 3, "0 0 0")
         return T
+
+    def _quaternion(self, origin: Element, where: str) -> Array:
+        """Rotation by the unit quaternion of URDF 1.2, whose scalar part comes last."""
+        *v, w = self.numbers(origin, "quat_xyzw", where, 4, "0 0 0 1")
+        length = math.hypot(*v, w)
+        if abs(length - 1) > 1e-3:
+            raise self.refuse(
+                where, f"has quat_xyzw {origin.get('quat_xyzw')!r} of length {length:g}; 1 is needed"
+            )
+        x, y, z = (part / length for part in v)
+        across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        return np.eye(3) + 2 * (w / length * across + across @ across)
 
     def _check_expanded(self, value: str, key: str, where: str) -> None:
         if "${" in value or "$(" in value:

@@ -79,7 +79,7 @@ def _spread(
         link = waiting.pop()
         for step in neighbours.get(link, ()):
             if step.end not in at_home:
-                origin = values.pose(step.joint.element.find("origin"), f"joint {step.joint.name!r}: origin")
+                origin = values.pose(step.joint.element, f"joint {step.joint.name!r}")
                 at_home[step.end] = at_home[link] @ (origin if step.forwards else np.linalg.inv(origin))
                 carrier[step.end] = carrier[link]
                 waiting.append(step.end)
@@ -95,7 +95,7 @@ def _body(link: Element, name: str, T: Array, values: Values) -> Body:
     mass = 0.0 if mass_element is None else values.numbers(mass_element, "value", where, 1, "0")[0]
     if mass < 0:
         raise values.refuse(where, f"has mass {mass:g}; it must not be negative")
-    T = T @ values.pose(inertial.find("origin"), f"{where}: origin")
+    T = T @ values.pose(inertial, where)
     tensor = np.zeros((3, 3))
     if tensor_element is not None:
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):

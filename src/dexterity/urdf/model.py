@@ -125,7 +125,7 @@ class Model:
         at_home, carrier = {base: T}, {base: -1}
         for step in steps:
             joint = step.joint
-            origin = self._values.pose(joint.element.find("origin"), f"joint {joint.name!r}: origin")
+            origin = self._values.pose(joint.element, f"joint {joint.name!r}")
             T = T @ origin if step.forwards else T
             if joint.type != "fixed":
                 moving.append(joint)
@@ -190,10 +190,11 @@ def read(source: str | os.PathLike[str]) -> Model:
 
 def _screw(joint: Joint, T: Array, forwards: bool, values: Values) -> Array:
     """Screw of a joint whose frame at home is T."""
-    element, where = joint.element.find("axis"), f"joint {joint.name!r}: axis"
+    where = f"joint {joint.name!r}"
+    element, where = values.part(joint.element, "axis", where, ("xyz",)), f"{where}: axis"
     axis = np.array([1.0, 0, 0])
     if element is not None:
-        axis = np.array(values.numbers(element, "xyz", where, 3, "1 0 0"))
+        axis = np.array(values.numbers(element, "xyz", where, 3, ""))
     # Scaled first, so that the square of a short or long axis neither vanishes nor overflows.
     largest = np.abs(axis).max()
     if largest == 0:
@@ -209,7 +210,8 @@ def _screw(joint: Joint, T: Array, forwards: bool, values: Values) -> Array:
 
 def _limits(joint: Joint, values: Values) -> tuple[float, float, float]:
     """Lower and upper limit and largest rate of a joint."""
-    element, where = joint.element.find("limit"), f"joint {joint.name!r}: limit"
+    where = f"joint {joint.name!r}"
+    element, where = values.part(joint.element, "limit", where), f"{where}: limit"
     lower, upper = -math.inf, math.inf
     if joint.type != "continuous":
         if element is None:
@@ -220,6 +222,11 @@ def _limits(joint: Joint, values: Values) -> tuple[float, float, float]:
         (upper,) = values.numbers(element, "upper", where, 1, "0", infinite=True)
     if lower > upper:
         raise values.refuse(where, f"has lower {lower:g} above upper {upper:g}")
+    if lower == upper:
+        said = (
+            f"{values.file}: joint {joint.name!r} has lower and upper limit {lower:g}, so that it cannot move"
+        )
+        warnings.warn(said, stacklevel=4)
     if element is None:
         return lower, upper, 1.0
     (rate,) = values.numbers(element, "velocity", where, 1, "1")

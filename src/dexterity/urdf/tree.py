@@ -78,7 +78,7 @@ def joint(element: Element, values: Values) -> Joint:
     where = f"joint {name!r}"
     ends = []
     for end in ("parent", "child"):
-        inside = element.find(end)
+        inside = values.part(element, end, where)
         if inside is None:
             raise values.refuse(where, f"has no {end}")
         ends.append(values.text(inside, "link", f"{where}: {end}"))
