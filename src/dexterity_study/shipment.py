@@ -8,20 +8,17 @@ a search finds, judges the chosen one on points that nothing was chosen by, and 
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dexterity import operations, robots, sampling, store, symbolic, timing
+from dexterity import robots, sampling, store, symbolic
 from dexterity.indices import Index
-from dexterity.networks import card, files
-from dexterity.networks.export import compile_network
+from dexterity.networks import card, files, spaces
 from dexterity.networks.growth import RadialBasisOptions, grow
-from dexterity.networks.judgement import describe as describe_network
 from dexterity.networks.ladder import Effort
-from dexterity.networks.learning import for_index
+from dexterity.networks.learning import for_index, judge_again
 from dexterity.networks.network import Network, View
 from dexterity.networks.problem import DesignProblem
 from dexterity.networks.recipes import Recipe, prepare
@@ -29,7 +26,6 @@ from dexterity.networks.threads import one_thread
 from dexterity.networks.validation import Function
 from dexterity.networks.worst_case import Search, worst_case
 from dexterity.sampling import Box, Space
-from dexterity.timing import Machine, Way
 
 JUDGED = 200_000
 """Configurations that a chosen network is judged on."""
@@ -184,10 +180,12 @@ def ship(name: str, folder: Path) -> Network:
     plan = PLANS[name]
     if isinstance(plan, LearnedPlan):
         return _ship_learned(name, plan, folder)
-    index, space = _index(plan), sampling.uvms_space(plan.index)
+    index, space = Index(plan.index), sampling.uvms_space(plan.index)
+    exact = symbolic.compile_index(robots.uvms(), index, "c")
     with one_thread():
-        network = _chosen(_candidates(plan, index, space), index, space)
-    return describe(name, network, folder)
+        network = _chosen(_candidates(plan, exact, space), exact, space)
+    network.card = card.Card(_about(name, plan, index, space))
+    return judge(name, network, folder)
 
 
 def _ship_learned(name: str, plan: LearnedPlan, folder: Path) -> Network:
@@ -214,29 +212,12 @@ def _ends(name: str) -> dict[str, str]:
     return {"retrain": f"python -m dexterity_study.shipment {name}", "licence": "MIT"}
 
 
-def describe(name: str, network: Network, folder: Path) -> Network:
-    """Judge a network that a plan has made, and write it with a new card to a folder.
-
-    Raises
-    ------
-    ValueError
-        If the plan learns and judges in one step.
-    """
-    plan = PLANS[name]
-    if isinstance(plan, LearnedPlan):
-        raise ValueError(f"{name} is judged where it is learned: make it again")
-    index, space = _index(plan), sampling.uvms_space(plan.index)
-    judged = describe_network(network, index, space, _about(name), seed=_JUDGED_BY, count=JUDGED)
-    exact = {"exact, before a root or an iteration": _exact_operations(index.index)}
-    with one_thread():
-        times = _times(network, index, space)
-    network.card = judged.with_entries(operations={**judged["operations"], **exact}, time=times)
+def judge(name: str, network: Network, folder: Path) -> Network:
+    """Judge a network anew by what its card says that it is, and write it with a new card to a folder."""
+    seed = network.card.get("errors", {}).get("seed", _JUDGED_BY)
+    network.card = judge_again(network, points=JUDGED, seed=seed)
     files.save(network, folder / f"{name}.npz")
     return network
-
-
-def _index(plan: FeedForwardPlan | RadialBasisPlan) -> symbolic.CompiledIndex:
-    return symbolic.compile_index(robots.uvms(), Index(plan.index), "c")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -247,7 +228,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     folder = store.data_path() / "networks"
     for name in chosen.names or list(PLANS):
-        network = describe(name, files.load_shipped(name), folder) if chosen.cards else ship(name, folder)
+        network = judge(name, files.load_shipped(name), folder) if chosen.cards else ship(name, folder)
         errors = (network.card["errors"]["maximum"], network.card["worst_case"]["error"])
         print(f"{name}: {errors[0]:.2%} sampled, {errors[1]:.2%} by ascent")  # noqa: T201
     return 0
@@ -277,41 +258,19 @@ def _chosen(candidates: Sequence[Network], index: Function, space: Space) -> Net
     return min(candidates, key=lambda one: worst_case(one, index, space, Search(), _CHOSEN_BY).error)
 
 
-# ---- the card --------------------------------------------------------------------------------------
+# ---- the card ------------------------------------------------------------------------------------
 
 
-def _about(name: str) -> dict[str, Any]:
-    plan = _OF_THE_PAPER[name]
-    index = dataclasses.asdict(Index(plan.index))
+def _about(name: str, plan: FeedForwardPlan | RadialBasisPlan, index: Index, space: Space) -> dict[str, Any]:
+    rows = plan.recipe if isinstance(plan, FeedForwardPlan) else plan
     return {
         "name": name,
-        "chain": {"name": "uvms", "lengths": dict(robots.describe("uvms").lengths)},
-        "index": index | {"limits": "all joint and tool rates 1"},
-        "training": card.plain(plan) | {"candidate_seeds": "0, 1, …", "rows_seed": 0},
+        "chain": card.chain_entry(robots.uvms()),
+        "index": card.index_entry(index),
+        "space": spaces.to_card(space),
+        "training": card.plain(plan) | {"rows": rows.rows, "overhang": rows.overhang, "seed": 0},
         "chosen": f"least worst case by ascent, search seed {_CHOSEN_BY}",
         **_ends(name),
-    }
-
-
-def _exact_operations(index: Index) -> int:
-    derivation = symbolic.derive(robots.uvms(), index)
-    exact = derivation.squared_manipulability if index.name == "manipulability" else derivation.bidiagonal
-    return operations.count_program(exact).total
-
-
-def _times(network: Network, exact: symbolic.CompiledIndex, space: Space) -> dict[str, Any]:
-    q = sampling.sobol(space, 1000, 0)
-    compiled = compile_network(network)
-    ways = [Way("exact", lambda: exact(q), len(q)), Way("network", lambda: compiled(q), len(q))]
-    exact_time, network_time = timing.measure(ways, rounds=20, seconds=0.1)
-    return {
-        "ns_per_configuration": {
-            one.name: [round(1e9 * t, 1) for t in (one.lower, one.median, one.upper)]
-            for one in (exact_time, network_time)
-        },
-        "exact_over_network": str(timing.ratio(exact_time, network_time)),
-        "both": f"C, {len(q)} configurations at once, one core; quartiles",
-        "processor": Machine.present().processor,
     }
 
 

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 import torch
-from asking import ask
+from asking import ask, refusal
 
 import dexterity as dx
 from dexterity.command import main
@@ -22,6 +22,36 @@ def test_a_map_is_surveyed_and_saved(capsys, tmp_path):
     assert entries["poses reached"] == int(found.reached.sum()) > 0
     assert entries["poses looked at"] == entries["poses"] == found.reached.numel()
     assert entries["best index"] == found.best[found.reached].max().item()
+
+
+MEANING = ["--rows", "translational", "--direction", "0,0,2", "--joint-rates", "2"]
+
+
+def test_the_index_of_a_map_is_said_in_the_words_of_evaluate(capsys, tmp_path):
+    words = ["map", "ur5e", *REGION, "--index", "velocity_ratio", *MEANING, "--to", tmp_path / "map.npz"]
+    ask(capsys, *words)
+    found = dx.reach.ReachMap.load(tmp_path / "map.npz")
+    at = found.reached.nonzero()[0]
+    q = found.configurations[tuple(at)].tolist()
+    row = ["evaluate", "ur5e", "velocity_ratio", *MEANING, "--q", ",".join(map(repr, q)), "--json"]
+    (answer,) = json.loads(ask(capsys, *row))["rows"]
+    assert found.best[tuple(at)].item() == pytest.approx(answer["velocity_ratio"], rel=1e-12)
+    # To go on with another meaning would mix two indices.
+    other = [*words, "--frame", "body", "--continue"]
+    assert "method and index is needed" in refusal(capsys, *other)
+
+
+@pytest.mark.parametrize("option", [["--rows", "translational"], ["--frame", "body"], ["--length", "0.5"]])
+def test_options_of_an_index_need_an_index(capsys, tmp_path, option):
+    words = ["map", "ur5e", *REGION, *option, "--to", tmp_path / "map.npz"]
+    assert "without --index; --pose-rows says" in refusal(capsys, *words)
+
+
+def test_the_rows_of_the_pose_are_no_rows_of_the_index(capsys, tmp_path):
+    words = ["map", "reach_alpha5", "--lower=0.1,-0.1,0", "--upper", "0.2,0.1,0.1", "--spacing", "0.1"]
+    words += ["--pose-rows", "translational", "--rotations", "1", "--to", tmp_path / "map.npz"]
+    ask(capsys, *words, "--index", "w", "--rows", "translational")
+    assert dx.reach.ReachMap.load(tmp_path / "map.npz").reached.any()
 
 
 def test_control_c_keeps_the_poses_that_are_finished_and_continue_goes_on(capsys, tmp_path, monkeypatch):
@@ -53,6 +83,15 @@ def test_a_base_is_placed_along_a_seam(capsys):
     assert report["bases looked at"] == "6 of 6"
     assert [row["worst"] for row in report["rows"]] == [row["worst"] for row in placed.table(10)]
     assert report["rows"][0]["worst"] >= 0.14
+
+
+def test_a_base_is_placed_by_the_torque_about_the_axis_of_a_valve(capsys):
+    about_z = ["--index", "force_ratio", "--direction", "0,0,0,0,0,1", "--length", "0.5"]
+    report = json.loads(ask(capsys, "place", "ur5e", *SEAM, *about_z, "--json"))
+    assert report["index"] == repr(
+        dx.Index("force_ratio", "geometric", direction=(0, 0, 0, 0, 0, 1), characteristic_length=0.5)
+    )
+    assert report["rows"][0]["worst"] > 0
 
 
 def test_no_base_that_reaches_all_poses_is_a_negative_answer(capsys):

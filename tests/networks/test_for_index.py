@@ -69,6 +69,9 @@ def test_file_and_card_alone_judge_it_again(learned, tmp_path):
     seed = card["errors"]["seed"]
     again = dx.networks.judge_again(network, points=2000, seed=seed)
     assert again["errors"]["maximum"] == pytest.approx(card["errors"]["maximum"], rel=1e-9)
+    assert again.keys() == card.keys()
+    assert again["baselines"].keys() == card["baselines"].keys()
+    assert again["operations"] == card["operations"]
     other = dx.networks.judge_again(network, points=500, seed=seed + 1, search=FEW)
     assert other["errors"]["maximum"] < 1.5 * card["worst_case"]["error"]
 

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dexterity.command.typed import number
+from dexterity.typed import number
 
 __all__ = ["table"]
 

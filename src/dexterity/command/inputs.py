@@ -24,8 +24,8 @@ import dexterity as dx
 from dexterity.chain import Chain
 from dexterity.command.files import table
 from dexterity.command.options import IndexOptions
-from dexterity.command.typed import number, numbers
 from dexterity.indices import Index
+from dexterity.typed import number, numbers
 
 __all__ = ["configurations", "index", "poses", "rows"]
 

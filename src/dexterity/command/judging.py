@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import dexterity as dx
-from dexterity.chain import Chain
 from dexterity.command.reports import Cell, Report
-from dexterity.networks import Card, Network
+from dexterity.networks import Network
 from dexterity.networks.worst_case import Search, worst_case
 
 __all__ = ["load", "networks", "validate"]
@@ -30,7 +29,7 @@ def networks() -> Report:
     return Report(
         {
             "network": list(dx.networks.shipped()),
-            "robot": [_chain(card).name for card in cards],
+            "robot": [card.chain().name for card in cards],
             "index": [card.index().name for card in cards],
             "neurons": [card["neurons"] for card in cards],
             "worst case": [card["worst_case"]["error"] for card in cards],
@@ -83,7 +82,7 @@ def validate(name: str, *, points: int, goal: float | None, seed: int) -> tuple[
     """
     network = load(name)
     card = network.card
-    chain, index, space = _chain(card), card.index(), card.space()
+    chain, index, space = card.chain(), card.index(), card.space()
     exact = index.bind(chain)
     scale = card.get("errors", {}).get("relative_to")
     data = dx.networks.validation.fresh(exact, space, points, seed)
@@ -112,14 +111,6 @@ def validate(name: str, *, points: int, goal: float | None, seed: int) -> tuple[
         "holds": allowed is not None and reached <= allowed,
     }
     return Report(columns, facts), bool(facts["holds"])
-
-
-def _chain(card: Card) -> Chain:
-    entry = card.get("chain")
-    if isinstance(entry, Mapping) and "screws" not in entry and entry.get("name") in dx.robots.names():
-        # The first networks of the package have a robot by its name and lengths.
-        return dx.robots.build(dx.robots.describe(entry["name"]), entry.get("lengths"))
-    return card.chain()
 
 
 def _promised(card: Mapping[str, Any]) -> dict[str, float | None]:

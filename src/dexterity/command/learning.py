@@ -18,10 +18,10 @@ import dexterity as dx
 from dexterity import store
 from dexterity.chain import Chain
 from dexterity.command.reports import Cell, Report, say
-from dexterity.command.typed import numbers
 from dexterity.indices import Index
 from dexterity.networks import Effort, Learned
 from dexterity.sampling import Box
+from dexterity.typed import numbers
 
 __all__ = ["design", "effort", "space"]
 

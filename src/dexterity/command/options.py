@@ -95,7 +95,10 @@ class RobotOptions:
 
     robot: Annotated[
         str,
-        typer.Argument(help="Name of a robot, a URDF, or a robot file (.toml).", show_default=False),
+        typer.Argument(
+            help="Name of a robot, a URDF, or a robot file (.toml, or .csv with Denavit–Hartenberg rows).",
+            show_default=False,
+        ),
     ]
     base: Annotated[
         str | None,

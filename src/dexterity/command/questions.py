@@ -29,7 +29,9 @@ __all__ = ["evaluate", "ik", "indices", "rank", "robots"]
 
 
 @application.command(
-    epilog=examples("robots", "robots panda", "robots my_arm.urdf --base base_link --tip flange --json")
+    epilog=examples(
+        "robots", "robots panda", "robots my_arm.urdf --base base_link --tip flange", "robots dh.csv --json"
+    )
 )
 @grouped
 def robots(
@@ -152,7 +154,7 @@ def ik(
 ) -> int:
     """Find all configurations at tool poses. Exit code 1 if a pose is out of reach within the limits."""
     from dexterity.command import inputs, reaching
-    from dexterity.command.typed import numbers
+    from dexterity.typed import numbers
 
     chain = robot.chain()
     report, reached = reaching.inverse_kinematics(

@@ -21,9 +21,9 @@ from torch import Tensor
 import dexterity as dx
 from dexterity.chain import Chain
 from dexterity.command.reports import Cell, Report, say
-from dexterity.command.typed import numbers, values_of_range
 from dexterity.reach.placements import Placements
 from dexterity.spatial import TensorLike
+from dexterity.typed import numbers, values_of_range
 
 __all__ = ["inverse_kinematics", "placements", "positions", "reach_map", "seam"]
 

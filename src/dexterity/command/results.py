@@ -27,6 +27,7 @@ __all__ = ["design", "export", "place", "reach_map", "validate"]
     name="map",
     epilog=examples(
         "map ur5e --rotations 72 --index kci --to ur5e.npz",
+        "map ur5e --index velocity_ratio --rows translational --direction vz --to lifting.npz",
         "map panda --lower 0.2,-0.4,0 --upper 0.8,0.4,0.6 --spacing 0.05 --to front.npz",
         "map panda --lower 0.2,-0.4,0 --upper 0.8,0.4,0.6 --spacing 0.05 --to front.npz --continue",
     ),
@@ -42,10 +43,13 @@ def reach_map(
     ] = None,
     spacing: Annotated[float, typer.Option("--spacing", min=0, help="Distance of positions (m).")] = 0.2,
     rotations: Annotated[int, typer.Option("--rotations", min=1, help="Least number of rotations.")] = 24,
-    index: Annotated[str | None, typer.Option("--index", help="Index by which poses are valued.")] = None,
+    index: Annotated[
+        str | None, typer.Option("--index", help="Index by which poses are valued; without it, reach alone.")
+    ] = None,
     method: Annotated[str, typer.Option("--method", help="auto, closed form, search or sampling.")] = "auto",
-    rows: Annotated[
-        str, typer.Option("--rows", help="Rows of the tool's pose that must fit, such as translational.")
+    pose_rows: Annotated[
+        str,
+        typer.Option("--pose-rows", help="Rows of the tool's pose that must fit, such as translational."),
     ] = "full",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
     threads: Annotated[
@@ -54,6 +58,7 @@ def reach_map(
     go_on: Annotated[
         bool, typer.Option("--continue", help="Go on from the unfinished map in the file.")
     ] = False,
+    meaning: IndexOptions,
     form: ReportOptions,
 ) -> int:
     """Survey positions and rotations of the tool: what is in reach, and how well.
@@ -65,6 +70,12 @@ def reach_map(
 
     require_file("--to", to, ".npz")
     chain = robot.chain()
+    if index is None and meaning != IndexOptions():
+        raise ValueError(
+            "--frame, --rows and the other options of an index are given without --index; "
+            "--pose-rows says what of a pose must fit"
+        )
+    asked = None if index is None else meaning.index(index, chain.joints)
     where = reaching.positions(chain, lower, upper, spacing)
     with Bar("poses") as bar:
         report, finished = reaching.reach_map(
@@ -73,9 +84,9 @@ def reach_map(
             rotations,
             to,
             go_on,
-            index=index,
+            index=asked,
             method=method,
-            rows=inputs.rows(rows),
+            rows=inputs.rows(pose_rows),
             seed=seed,
             threads=threads,
             progress=bar,
@@ -87,7 +98,7 @@ def reach_map(
 @application.command(
     epilog=examples(
         "place ur5e --seam=-0.25,0,0,0.25,0,0 --x=-0.4:0.4:5 --y=-0.7:-0.35:3 --yaw 0:pi/2:2",
-        "place panda --poses valves.csv --x=-1:0:11 --y 0 --index w --by mean --csv",
+        "place panda --poses valves.csv --x=-1:0:11 --index force_ratio --rows full --direction 0,0,0,0,0,1",
     )
 )
 @grouped
@@ -111,6 +122,7 @@ def place(
     refine: Annotated[bool, typer.Option(help="Improve the best base between the candidates.")] = True,
     best: Annotated[int, typer.Option("--best", min=1, help="How many bases are listed.")] = 10,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
+    meaning: IndexOptions,
     form: ReportOptions,
 ) -> int:
     """Compare places for the base by what the robot does from there. Exit code 1 if none reaches all poses.
@@ -121,10 +133,11 @@ def place(
     from dexterity.command.progress import Bar
 
     chain = robot.chain()
+    asked = meaning.index(index, chain.joints)
     wanted = poses.read() if seam is None else reaching.seam(seam, count, tool)
     with Bar("bases") as bar:
         report, found = reaching.placements(
-            chain, wanted, x, y, yaw, height, best, index=index, by=by, refine=refine, seed=seed, progress=bar
+            chain, wanted, x, y, yaw, height, best, index=asked, by=by, refine=refine, seed=seed, progress=bar
         )
     form.give(report)
     if not bool(found.examined.all()):

@@ -101,7 +101,7 @@ class Card(Mapping[str, Any]):
         Raises
         ------
         ValueError
-            If the card has no chain with its geometry; cards of older networks have its name alone.
+            If the card has no chain with its geometry.
         """
         entry = self._entry("chain")
         if not isinstance(entry, Mapping) or not {"screws", "home"} <= entry.keys():

@@ -21,7 +21,10 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from dexterity import operations, symbolic
+from dexterity.chain import Chain
 from dexterity.codegen.library import CompilationFailed
+from dexterity.indices import Index
 from dexterity.networks.baselines import Constant, constant, polynomial
 from dexterity.networks.export import compile_network
 from dexterity.networks.network import Network, View
@@ -29,7 +32,7 @@ from dexterity.networks.validation import Function
 from dexterity.sampling import DataSet
 from dexterity.timing import Machine, Timing, Way, measure, ratio
 
-__all__ = ["Times", "fits", "times"]
+__all__ = ["Times", "exact_operations", "fits", "times"]
 
 
 def fits(view: View, train: DataSet, scale: float | None = None) -> Mapping[str, Function]:
@@ -52,6 +55,18 @@ def fits(view: View, train: DataSet, scale: float | None = None) -> Mapping[str,
         if math.comb(view.width + degree, degree) <= len(train.values):
             found[name] = polynomial(view, train, degree)
     return found
+
+
+def exact_operations(chain: Chain, index: Index) -> Mapping[str, int]:
+    """Count the operations of the exact index, in an entry that says what is counted; none if not derived."""
+    derivation = symbolic.derive(chain, index)
+    if derivation.kind == "numeric":
+        return {}
+    if derivation.kind == "spectral":
+        program = derivation.bidiagonal
+    else:
+        program = derivation.squared_manipulability if index.name == "manipulability" else derivation.value
+    return {"exact, before a root or an iteration": operations.count_program(program).total}
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ Examples
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -38,7 +39,7 @@ from dexterity.networks.card import Card, chain_entry, index_entry, plain
 from dexterity.networks.comparison import Times
 from dexterity.networks.domain import Guarded
 from dexterity.networks.judgement import describe
-from dexterity.networks.ladder import Candidate, Climbed, Effort, Report, Task, climb
+from dexterity.networks.ladder import Candidate, Effort, Report, Task, climb
 from dexterity.networks.network import Network, View
 from dexterity.networks.validation import Function
 from dexterity.networks.worst_case import Search
@@ -178,14 +179,22 @@ def for_index(
     with _reporting(progress, effort) as report:
         climbed = climb(task, effort, report)
     title = name or f"{chain.name}-{index.name}".replace("_", "-").replace(" ", "-")
-    about = {
+    about: dict[str, Any] = {
         "name": checks.name(title, "name"),
         "chain": chain_entry(chain),
         "index": index_entry(index),
         "training": plain(effort) | {"goal": goal, "candidates": len(climbed.candidates)},
         "chosen": "smallest network that keeps the goal, by a validation set and by ascent",
     }
-    return _judged(task, climbed, effort, points, about, language)
+    best = climbed.best
+    about["training"] |= {"readout": best.readout, "passed": climbed.passed}
+    about["validation"] = {"error": best.validation_error, "worst_case": best.worst_error}
+    counts = comparison.exact_operations(chain, index)
+    # A seed that no draw of the search for the network has.
+    seed = JUDGED_BY + effort.seed
+    card, better = _compared(best.network, task, effort, about, counts, language, seed, points)
+    best.network.card = card
+    return Learned(best.network, space, goal, climbed.candidates, climbed.interrupted, better)
 
 
 def fastest(chain: Chain, index: Index) -> tuple[Function, Literal["C", "torch"]]:
@@ -208,18 +217,19 @@ def fastest(chain: Chain, index: Index) -> tuple[Function, Literal["C", "torch"]
 def judge_again(
     network: Network, *, points: int = 50_000, seed: int = 1, search: Search | None = None
 ) -> Card:
-    """Judge a network anew against the chain, the index and the space on its card.
+    """Judge a network anew against the chain, the index and the space on its card, as :func:`for_index` does.
 
     Parameters
     ----------
     network
-        A network whose card has the geometry of its chain.
+        A network whose card has the geometry of its chain. The fits that it is compared with use as many rows
+        as its card says that it was trained on.
     points, seed, search
         Fresh points, and the search for the worst case; another seed than that on the card tests the card.
 
     Returns
     -------
-    A new card; that of the network stays.
+    A new card, with times measured here; that of the network stays.
 
     Raises
     ------
@@ -227,10 +237,16 @@ def judge_again(
         If the card does not give the chain, the index or the space.
     """
     old = network.card
-    exact, _ = fastest(old.chain(), old.index())
-    scale = old.get("errors", {}).get("relative_to")
-    about = {key: value for key, value in old.items() if key not in ("baselines", "time", "advice")}
-    return describe(network, exact, old.space(), about, seed=seed, count=points, search=search, scale=scale)
+    chain, index, space = old.chain(), old.index(), old.space()
+    exact, language = fastest(chain, index)
+    training = old.get("training")
+    training = dict(training) if isinstance(training, Mapping) else {}
+    task = Task(
+        network.view, exact, space, training.get("goal", math.inf), old.get("errors", {}).get("relative_to")
+    )
+    effort = Effort(**{key: training[key] for key in ("rows", "overhang", "seed") if key in training})
+    counts = comparison.exact_operations(chain, index)
+    return _compared(network, task, effort, old, counts, language, seed, points, search)[0]
 
 
 # ---- the task ----------------------------------------------------------------------------------------
@@ -293,29 +309,29 @@ def _reporting(progress: bool | Report, effort: Effort) -> Iterator[Report | Non
 # ---- the judgement -----------------------------------------------------------------------------------
 
 
-def _judged(
-    task: Task, climbed: Climbed, effort: Effort, points: int, about: dict[str, Any], language: str
-) -> Learned:
-    network = climbed.best.network
+def _compared(
+    network: Network,
+    task: Task,
+    effort: Effort,
+    about: Mapping[str, Any],
+    counts: Mapping[str, int],
+    language: str,
+    seed: int,
+    points: int,
+    search: Search | None = None,
+) -> tuple[Card, Literal["network", "exact"]]:
+    """Judge a network, compare it with fits and the exact code, and return its card and the better answer."""
     q = sampling.sobol(task.space, effort.rows, effort.seed, effort.overhang)
     with torch.no_grad():
-        rows = DataSet(q, task.exact(q))
-    fits = comparison.fits(task.view, rows, task.scale)
-    # A seed that no draw of the search for the network has.
+        rows = DataSet(q, torch.as_tensor(task.exact(q)))
     card = describe(
-        network, task.exact, task.space, about, seed=JUDGED_BY + effort.seed, count=points, scale=task.scale,
-        baselines=fits,
+        network, task.exact, task.space, about, seed=seed, count=points, search=search, scale=task.scale,
+        baselines=comparison.fits(task.view, rows, task.scale),
     )  # fmt: skip
-    thousand = sampling.sobol(task.space, 1000, 0)
-    measured = comparison.times(task.exact, network, thousand, language)
+    measured = comparison.times(task.exact, network, sampling.sobol(task.space, 1000, 0), language)
     better, reasons = _advice(card, measured, task.goal)
-    network.card = card.with_entries(
-        training=card["training"] | {"readout": climbed.best.readout, "passed": climbed.passed},
-        validation={"error": climbed.best.validation_error, "worst_case": climbed.best.worst_error},
-        time=measured.entry(),
-        advice=reasons,
-    )
-    return Learned(network, task.space, task.goal, climbed.candidates, climbed.interrupted, better)
+    operations = {**card["operations"], **counts}
+    return card.with_entries(operations=operations, time=measured.entry(), advice=reasons), better
 
 
 JUDGED_BY = 20_160_003

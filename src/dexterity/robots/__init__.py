@@ -1,4 +1,4 @@
-"""Robots that the package describes, and robots of one's own from URDF and TOML files.
+"""Robots that the package describes, and robots of one's own from URDF, TOML and CSV files.
 
 ``load`` takes a name or a file. The functions named after robots are the same with their options.
 :mod:`dexterity.robots.description` explains the format of robot files.
@@ -61,8 +61,9 @@ def load(name_or_path: str | os.PathLike[str], *, base: str | None = None, tip: 
     Parameters
     ----------
     name_or_path
-        One of :func:`names`; a path that ends in ``.urdf`` or the text of a URDF; or a path that ends in
-        ``.toml``, a robot file with axes, frames or Denavit–Hartenberg rows.
+        One of :func:`names`; a path that ends in ``.urdf`` or the text of a URDF; or a robot file, see
+        :mod:`dexterity.robots.description`: a path that ends in ``.toml``, with axes, frames or
+        Denavit–Hartenberg rows, or in ``.csv``, a Denavit–Hartenberg table.
     base, tip
         Links of a URDF between which the chain lies, see :meth:`dexterity.chain.Chain.from_urdf`.
 
@@ -87,11 +88,11 @@ def load(name_or_path: str | os.PathLike[str], *, base: str | None = None, tip: 
         return Chain.from_urdf(name_or_path, base, tip)
     if base is not None or tip is not None:
         raise ValueError(f"base and tip are links of a URDF; {text!r} is none")
-    if text.lower().endswith(".toml"):
+    if text.lower().endswith((".toml", ".csv")):
         return build(read_description(text))
     if isinstance(name_or_path, os.PathLike) or {"/", "\\", "."} & set(text):
         raise ValueError(
-            f"name_or_path is {checks.shown(text)}; a file that ends in .urdf or .toml, "
+            f"name_or_path is {checks.shown(text)}; a file that ends in .urdf, .toml or .csv, "
             f"or one of {', '.join(names())} is needed"
         )
     return build(described(text, "name_or_path"))

@@ -1,7 +1,7 @@
-"""Robot files: TOML with a robot's joints, limits and rates, their source and their licence.
+r"""Robot files: TOML with a robot's joints, limits and rates, or CSV with a Denavit–Hartenberg table.
 
-Every file has ``name``, ``source`` and ``licence``, and may have ``url``. Joints come in one of three forms,
-one table a joint:
+A file may have ``name`` (that of the file if left out), ``source``, ``licence`` and ``url``; robots of the
+package have all of them. Joints come in one of three forms, one table a joint:
 
 ``[[joints]]``
     ``axis = [x, y, z]`` of unit length in the world frame at home, and ``step``, the way from the joint
@@ -15,7 +15,7 @@ one table a joint:
     As in a URDF: ``xyz`` [m] and ``rpy`` [rad] or ``rpy_deg`` from the frame of the joint before, then the
     motion about or along ``axis`` (z if left out) in the new frame.
 
-A joint of any form has a ``name``, and may have ``kind`` (``"revolute"`` or ``"prismatic"``), ``lower``,
+A joint of any form may have ``name``, ``kind`` (``"revolute"`` if left out, or ``"prismatic"``), ``lower``,
 ``upper`` [rad] or [m], and ``rate`` [rad/s] or [m/s]; a revolute joint takes ``lower_deg``, ``upper_deg``
 and ``rate_deg`` in their place. ``inertial`` with ``mass`` [kg], ``centre`` [m] and ``inertia`` = [xx, xy,
 xz, yy, yz, zz] about the centre [kg m²] is given for all joints or for none, in the frame that the row ends
@@ -27,15 +27,17 @@ and the tool in the last frame. ``[vehicle]`` puts the robot on a vehicle: ``siz
 ``[vehicle.mount]`` as for :meth:`dexterity.chain.Chain.on_vehicle`; and ``arm``, the name of a robot of the
 package, in a file without joints of its own.
 
+A CSV file has a line of names and a line for each joint. Its columns are entries of ``[[dh]]``, in any order,
+and may include ``convention``, which is the same for all joints. A cell may be empty; angles may be typed as
+``pi/2``. Lines that begin with ``#`` are passed over. A tool and a base are added by
+:meth:`~dexterity.chain.Chain.with_tool` and :meth:`~dexterity.chain.Chain.with_base`, or need TOML.
+
 Examples
 --------
 >>> import pathlib, tempfile
 >>> from dexterity import robots
 >>> path = pathlib.Path(tempfile.mkdtemp(), "slider.toml")
->>> _ = path.write_text('''name = "slider"
-... source = "a drawing"
-... licence = "MIT"
-... [[dh]]
+>>> _ = path.write_text('''[[dh]]
 ... name = "slide"
 ... kind = "prismatic"
 ... upper = 0.5
@@ -48,6 +50,12 @@ Examples
 ... ''')
 >>> robots.load(path).upper
 tensor([0.5000, 1.5708], dtype=torch.float64)
+>>> table = path.with_name("arm.csv")
+>>> _ = table.write_text("d,a,alpha,upper\n0.3,,pi/2,pi\n,0.5,,pi/2\n")
+>>> robots.load(table)
+Chain('arm', 2 joints, tool at (0.5, 0, 0.3) m)
+  joint 1  revolute  -inf to 3.142 rad  1 rad/s
+  joint 2  revolute  -inf to 1.571 rad  1 rad/s
 """
 
 from __future__ import annotations
@@ -66,6 +74,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial, store
 from dexterity.chain import Chain, Inertias, JointKind, dh, mounting
+from dexterity.robots import dh_table
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import SIX_DIGITS
 
@@ -109,7 +118,7 @@ class Description:
     Attributes
     ----------
     name, source, licence
-        What it is called, where its numbers come from, and on what terms.
+        What it is called, where its numbers come from, and on what terms; the last two may be empty.
     form
         Table that the joints come in.
     joints
@@ -190,7 +199,7 @@ def read_description(path: Path | str) -> Description:
     Raises
     ------
     ValueError
-        If the file is no TOML, or an entry is missing, unknown, of the wrong kind or
+        If the file is neither TOML nor CSV, or an entry is missing, unknown, of the wrong kind or
         contradicts another one; the error names the file and the entry.
     TypeError
         If `path` is no path.
@@ -202,7 +211,9 @@ def read_description(path: Path | str) -> Description:
     path = Path(path)
     try:
         with torch.device("cpu"):
-            return _description(store.read_toml(path))
+            is_table = path.suffix.lower() == ".csv"
+            content = dh_table.read(path, _ROW["dh"] | _LIMITS) if is_table else store.read_toml(path)
+            return _description({"name": path.stem, **content})
     except (ValueError, TypeError, OverflowError) as error:
         raise ValueError(f"{path.name} is not a robot file: {error}") from error
 
@@ -304,8 +315,8 @@ def _description(content: Mapping[str, Any]) -> Description:
         raise ValueError(f"vehicle has an arm and the file has {form}; one of them is needed")
     description = Description(
         name=_text(content, "name", "the file"),
-        source=_text(content, "source", "the file"),
-        licence=_text(content, "licence", "the file"),
+        source=_text(content, "source", "the file") if "source" in content else "",
+        licence=_text(content, "licence", "the file") if "licence" in content else "",
         form=form,
         joints=() if carries else _rows(content, form, lengths),
         is_modified=convention == "modified",
@@ -352,7 +363,8 @@ def _rows(content: Mapping[str, Any], form: Form, lengths: Mapping[str, float]) 
         raise ValueError(f"{form} is {checks.shown(rows)}; one table a joint is needed")
     for i, row in enumerate(rows):
         where = f"joint {i + 1}"
-        _text(_table(row, where), "name", where)
+        if "name" in _table(row, where):
+            _text(row, "name", where)
         kind = row.get("kind", "revolute")
         if kind not in get_args(JointKind):
             raise ValueError(f"kind of {where} is {checks.shown(kind)}; {get_args(JointKind)} are known")
@@ -490,7 +502,7 @@ def _arm(description: Description, lengths: Mapping[str, float], name: str) -> C
         screws,
         frames[-1] @ description.tool,
         name=name,
-        joint_names=[row["name"] for row in rows],
+        joint_names=[row.get("name", f"joint {i}") for i, row in enumerate(rows, 1)],
         lower=[_in_radians(row, "lower", -math.inf) for row in rows],
         upper=[_in_radians(row, "upper", math.inf) for row in rows],
         rates=[_in_radians(row, "rate", 1.0) for row in rows],

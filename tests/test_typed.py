@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dexterity.command.typed import number, numbers, values_of_range
+from dexterity.typed import number, numbers, values_of_range
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

@@ -1,8 +1,8 @@
-"""Numbers as they are typed in a shell: ``0.1``, ``-pi/2``, ``3pi/4``, ``90deg``, and ranges ``-1:1:5``.
+"""Numbers as people type them: ``0.1``, ``-pi/2``, ``3pi/4``, ``90deg``, and ranges ``-1:1:5``.
 
 Examples
 --------
->>> from dexterity.command.typed import number, numbers, values_of_range
+>>> from dexterity.typed import number, numbers, values_of_range
 >>> round(number("-pi/2", "q"), 4), round(number("90deg", "q"), 4)
 (-1.5708, 1.5708)
 >>> numbers("0.1, 0.2, 1e-3", "q")
