@@ -53,12 +53,13 @@ def read(path: Path, known: Collection[str]) -> dict[str, Any]:
         raise ValueError(f"it cannot be read as CSV: {error}") from error
     if len(table) < 2:
         raise ValueError("a line of names, such as theta,d,a,alpha, and a line for each joint are needed")
-    names, rows = table[0], []
+    names = table[0]
     columns = [*_TEXTS, *sorted({*known} - {*_TEXTS})]
     if strange := [name for name in names if name not in columns]:
         raise ValueError(f"the first line names {strange[0]!r}; {', '.join(columns)} are known columns")
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"two columns are called {twice[0]!r}")
+    rows: list[dict[str, Any]] = []
     for number, cells in enumerate(table[1:], 1):
         if len(cells) != len(names):
             raise ValueError(f"joint {number} has {len(cells)} cells; {len(names)} are named")
