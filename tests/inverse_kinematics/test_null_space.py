@@ -189,3 +189,15 @@ def test_bad_steps_are_refused_by_name(options, message, annotations_unchecked):
     objective = options.pop("objective", torch.ones(7))
     with pytest.raises(ValueError, match=message):
         null_space_step(PANDA, q, objective, **options)
+
+
+def test_a_name_is_no_objective_and_the_error_says_what_is(annotations_unchecked):
+    with pytest.raises(
+        TypeError, match=r"^objective is 'w'; an index is needed, such as dexterity.Index\('w', "
+    ):
+        null_space_step(PANDA, [0, -0.8, 0, -2.4, 0, 1.6, 0.8], "w")
+
+
+def test_a_start_beyond_the_limits_is_refused_by_its_joints():
+    with pytest.raises(ValueError, match=r"beyond the limits of the chain at joint 2, joint 4; "):
+        null_space_step(PANDA, [0, 3.0, 0, 0, 0, 1.6, 0.8], dx.Index("w", "geometric"))

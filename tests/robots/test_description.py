@@ -309,14 +309,26 @@ def test_a_table_in_craigs_convention_is_read(table_file):
     assert_close(chain.with_tool(panda.tool).home, dx.robots.panda().home, rtol=0, atol=1e-15)
 
 
+def test_a_robot_in_millimetres_is_warned_of(table_file):
+    urdf = """<robot name="long"><link name="base"/><link name="tool"/><joint name="j" type="continuous">
+    <parent link="base"/><child link="tool"/><origin xyz="300 0 0"/></joint></robot>"""
+    for read in (
+        lambda: robots.load(table_file("d,a\n333,0\n0,400\n")),
+        lambda: dx.Chain.from_dh([{"d": 333}, {"a": 400}]),
+        lambda: dx.Chain.from_urdf(urdf),
+    ):
+        with pytest.warns(UserWarning, match=r"extends over [34]00 m: lengths are in metres, .* millimetres"):
+            read()
+
+
 BAD_TABLES = {
     "empty": ("", "a line of names, such as theta,d,a,alpha, and a line for each joint"),
     "names alone": ("d,a\n", "a line of names"),
     "no names": (
         "0.3,0,0,1.57\n0,0.5,0,0\n",
-        "the first line names '0.3'; name, kind, convention, a, .* are known columns",
+        "the first line names '0.3'; name, kind, convention, a, .* are known",
     ),
-    "unknown column": ("d,aa\n1,2\n", "the first line names 'aa'; .*alpha_deg, .* are known columns"),
+    "unknown column": ("d,aa\n1,2\n", "the first line names 'aa'; .*alpha_deg, .* are known"),
     "a column twice": ("d,d\n1,2\n", "two columns are called 'd'"),
     "a cell too few": ("d,a\n1\n", "joint 1 has 1 cells; 2 are named"),
     "a word": ("d,a\n1,2\n1,two\n", "a of joint 2 holds 'two'; a number such as 0.1, -pi/2 or 90deg"),

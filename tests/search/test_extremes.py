@@ -126,6 +126,11 @@ def test_bad_arguments_are_refused_by_name(options, error, message, annotations_
 # ---- ascent ------------------------------------------------------------------------------------------------
 
 
+def test_a_name_is_no_index_and_the_error_says_what_is(annotations_unchecked):
+    with pytest.raises(TypeError, match=r"^f is 'w'; an index is needed, such as dexterity.Index\('w', "):
+        extremes("w", PANDA)
+
+
 def test_points_stay_in_the_cube_and_keep_the_best():
     def ridge(u):
         return u[:, 0] - (u[:, 1] - 0.4).abs(), torch.stack([torch.ones(len(u)), -(u[:, 1] - 0.4).sign()], 1)

@@ -16,6 +16,7 @@ Examples
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -26,10 +27,34 @@ from torch import Tensor
 from dexterity import spatial
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
 
-__all__ = ["JointKind", "checked_screw", "homogeneous", "link_transforms", "move_along_z", "turn_about_z"]
+__all__ = [
+    "JointKind",
+    "checked_screw",
+    "homogeneous",
+    "link_transforms",
+    "move_along_z",
+    "turn_about_z",
+    "warn_of_millimetres",
+]
 
 JointKind: TypeAlias = Literal["revolute", "prismatic"]
 """What a joint does, turn about its axis or slide along it."""
+
+
+LARGE = 100.0
+"""Extent [m] of a robot that is hardly meant in metres."""
+
+
+def warn_of_millimetres(name: str, screws: Tensor, home: Tensor, base: Tensor) -> None:
+    """Warn of a robot whose axes (n, 6) or tool (4, 4) lie as far from its base (4, 4) as in millimetres."""
+    axes = screws @ spatial.adjoint(spatial.inverse(base)).mT
+    points = torch.cat([torch.linalg.cross(axes[:, 3:], axes[:, :3]), (home - base)[None, :3, 3]])
+    extent = float(points.abs().max())
+    if extent > LARGE:
+        warnings.warn(
+            f"{name} extends over {extent:.0f} m: lengths are in metres, and these seem to be millimetres",
+            stacklevel=3,
+        )
 
 
 def checked_screw(screw: Tensor, i: int) -> tuple[JointKind, Tensor, float]:

@@ -160,7 +160,8 @@ class Chain(Kinematics):
         rows
             One mapping a joint with ``theta`` [rad], ``d`` [m], ``a`` [m], ``alpha`` [rad] (each 0 if
             left out) and ``kind`` (``"revolute"`` if left out). The joint value is added to ``theta``
-            of a revolute and to ``d`` of a prismatic joint. Angles of more than a turn are refused.
+            of a revolute and to ``d`` of a prismatic joint. Angles of more than a turn are refused, and
+            robots of more than 100 m, which seem to be in millimetres, warned of.
         modified
             False: Rz(theta) Tz(d) Tx(a) Rx(alpha) (Denavit & Hartenberg 1955). True: Rx(alpha) Tx(a)
             Rz(theta) Tz(d), where ``alpha`` and ``a`` belong to the link before (Craig 1989).
@@ -182,6 +183,7 @@ class Chain(Kinematics):
             torch.eye(4, dtype=torch.float64, device="cpu") if base is None else _one_pose(base, "base")[0]
         )
         screws, frames = dh.screws_and_frames(rows, first, checks.flag(modified, "modified"))
+        geometry.warn_of_millimetres(name, screws, frames[-1], first)
         return cls(
             screws, frames[-1] if tool is None else frames[-1] @ _one_pose(tool, "tool")[0],
             name=name, joint_names=joint_names, lower=lower, upper=upper, rates=rates, inertias=inertias,
@@ -201,7 +203,8 @@ class Chain(Kinematics):
         The world frame is that of the base link, the tool frame that of the tip link. Fixed, revolute,
         continuous and prismatic joints are read, with axes of any length, joints in any order. Limits are
         the joints' own, none for a continuous joint; rates are the limits' ``velocity``, 1 where it is
-        missing. The masses of what moves with each joint become :attr:`inertias`.
+        missing. The masses of what moves with each joint become :attr:`inertias`. A robot of more than 100 m
+        seems to be in millimetres, and is warned of.
 
         Parameters
         ----------
@@ -242,8 +245,11 @@ class Chain(Kinematics):
         """
         model = source if isinstance(source, urdf.Model) else urdf.read(source)
         path = model.path(base, tip)
+        name = path.name if name is None else name
+        base_frame = torch.eye(4, dtype=torch.float64, device="cpu")
+        geometry.warn_of_millimetres(name, *map(torch.from_numpy, (path.screws, path.home)), base_frame)
         return cls(
-            path.screws, path.home, name=path.name if name is None else name,
+            path.screws, path.home, name=name,
             joint_names=path.joint_names, lower=path.lower, upper=path.upper, rates=path.rates,
             inertias=path.inertias,
         )  # fmt: skip

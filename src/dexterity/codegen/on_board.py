@@ -16,7 +16,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from dexterity import store
+from dexterity import checks, store
 from dexterity.chain import Chain
 from dexterity.codegen import c99, c_kinematics
 from dexterity.codegen.c_file import Precision
@@ -53,7 +53,10 @@ def c_files(
         return c99.c_files(subject, name, precision)
     if isinstance(subject, Chain | SymbolicChain):
         return c_kinematics.c_files(subject, name, precision)
-    raise TypeError(f"subject is a {type(subject).__name__}; a Derivation or a Chain is needed")
+    raise TypeError(
+        f"subject is {checks.shown(subject)}; a Chain is needed, or an index that is derived for one: "
+        "dexterity.symbolic.derive(chain, index)"
+    )
 
 
 def write_c(

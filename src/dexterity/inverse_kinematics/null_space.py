@@ -151,9 +151,17 @@ def null_space_step(
     checks.instance(chain, "chain", Chain)
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain").detach()
     gain = checks.real(gain, "gain", above=0)
-    if (q < chain.lower.to(q.device) - ROUNDING).any() or (q > chain.upper.to(q.device) + ROUNDING).any():
-        raise ValueError("q is beyond the limits of the chain; a step starts within them")
-    if callable(objective):
+    beyond = (q < chain.lower.to(q.device) - ROUNDING) | (q > chain.upper.to(q.device) + ROUNDING)
+    if beyond.any():
+        left = [
+            name
+            for name, is_left in zip(chain.joint_names, beyond.reshape(-1, chain.joints).any(0), strict=True)
+            if is_left
+        ]
+        raise ValueError(
+            f"q is beyond the limits of the chain at {', '.join(left)}; a step starts within them"
+        )
+    if callable(objective) or isinstance(objective, str):
         gradient = slope(bound_objective(chain, objective, "objective"), q)
     else:
         with q.device:  # where arrays go as well
@@ -178,6 +186,9 @@ def bound_objective(chain: Chain, objective: Any, name: str) -> Objective:
     TypeError
         If it is no function.
     """
+    if isinstance(objective, str):
+        index = f"dexterity.Index({objective!r}, 'geometric')"
+        raise TypeError(f"{name} is {objective!r}; an index is needed, such as {index}")
     bind = getattr(objective, "bind", None)
     return checks.function(objective if bind is None else bind(chain), name)
 

@@ -73,7 +73,7 @@ import torch
 from torch import Tensor
 
 from dexterity import checks, spatial, store
-from dexterity.chain import Chain, Inertias, JointKind, dh, mounting
+from dexterity.chain import Chain, Inertias, JointKind, dh, geometry, mounting
 from dexterity.robots import dh_table
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import SIX_DIGITS
@@ -498,6 +498,7 @@ def _arm(description: Description, lengths: Mapping[str, float], name: str) -> C
         screws, frames = _along_frames(rows, description.base)
     else:
         screws, frames = _along_steps(rows, lengths, description.base)
+    geometry.warn_of_millimetres(name, screws, frames[-1], description.base)
     return Chain(
         screws,
         frames[-1] @ description.tool,

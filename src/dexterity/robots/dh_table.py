@@ -56,7 +56,9 @@ def read(path: Path, known: Collection[str]) -> dict[str, Any]:
     names = table[0]
     columns = [*_TEXTS, *sorted({*known} - {*_TEXTS})]
     if strange := [name for name in names if name not in columns]:
-        raise ValueError(f"the first line names {strange[0]!r}; {', '.join(columns)} are known columns")
+        raise ValueError(
+            f"the first line names {strange[0]!r}; {', '.join(columns)} are known, with commas between them"
+        )
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"two columns are called {twice[0]!r}")
     rows: list[dict[str, Any]] = []

@@ -120,6 +120,8 @@ def extremes(
 
 
 def _function(f: Callable[[Tensor], Tensor] | Index, space: Space | Chain) -> Callable[[Tensor], Tensor]:
+    if isinstance(f, str):
+        raise TypeError(f"f is {f!r}; an index is needed, such as dexterity.Index({f!r}, 'geometric')")
     if not isinstance(f, Index):
         return checks.function(f, "f")
     if not isinstance(space, Chain):
