@@ -18,7 +18,7 @@ The sine between −0.5 and 0.5 as a polynomial of degree 5 in x = 2q:
 >>> q, record = sympy.Symbol("q", real=True), Recorder()
 >>> models = TaylorModels(record.program([q], [sympy.sin(q)]), degree=5)
 >>> model = models.on([-0.5], [0.5])
->>> model.powers[1], round(model.coefficients[1], 4), model.remainder < 1e-6
+>>> model.powers[1], round(float(model.coefficients[1]), 4), model.remainder < 1e-6
 ((1,), 0.5, True)
 
 References

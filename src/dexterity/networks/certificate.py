@@ -14,12 +14,13 @@ Examples
 --------
 A planar arm with a bent elbow, and the straight line through two of its values:
 
+>>> import torch
 >>> import dexterity as dx
 >>> from dexterity.networks import baselines, certificate
 >>> from dexterity.sampling import Box, DataSet
 >>> arm = dx.Chain.from_dh([{"a": 0.5}, {"a": 0.4}])
 >>> index = dx.indices.Index("manipulability", "geometric", rows=("vx", "vy"))
->>> q = [[0.0, 0.8], [0.0, 1.2]]
+>>> q = torch.tensor([[0.0, 0.8], [0.0, 1.2]]).double()
 >>> line = baselines.polynomial(dx.networks.View(2, [1]), DataSet(q, index.bind(arm)(q)), 1)
 >>> proof = certificate.certify(line, arm, index, Box([0.0, 0.8], [0.0, 1.2]), 0.025, progress=False)
 >>> proof.complete, proof.bound <= 0.025
