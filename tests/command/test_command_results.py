@@ -94,6 +94,25 @@ def test_a_base_is_placed_by_the_torque_about_the_axis_of_a_valve(capsys):
     assert report["rows"][0]["worst"] > 0
 
 
+def test_an_arm_with_three_joints_is_placed_by_positions_and_told_why(capsys, tmp_path):
+    file = tmp_path / "arm.csv"
+    file.write_text("d,a,alpha,lower,upper\n0.3,0,pi/2,-pi,pi\n0,0.5,0,-pi/2,pi/2\n0,0.4,0,0,150deg\n")
+    words = [
+        "place",
+        file,
+        "--seam=-0.1,0,0.4,0.1,0,0.4",
+        "--y=-0.6",
+        "--index",
+        "w",
+        "--rows",
+        "translational",
+    ]
+    assert main([str(word) for word in words]) == 1
+    assert "arm has 3 joints and meets hardly any pose in all 6 rows" in capsys.readouterr().err
+    report = json.loads(ask(capsys, *words, "--pose-rows", "translational", "--json"))
+    assert report["bases that reach all poses"] == 1
+
+
 def test_no_base_that_reaches_all_poses_is_a_negative_answer(capsys):
     report = json.loads(ask(capsys, "place", "ur5e", "--pose", "9,0,0", "--x", "0:1:2", "--json", code=1))
     assert report["bases that reach all poses"] == 0

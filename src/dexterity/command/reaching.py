@@ -12,6 +12,7 @@ Examples
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,7 @@ def inverse_kinematics(
     ValueError
         If an option does not fit the chain.
     """
+    _say_if_few_joints(chain, options, "--rows")
     solutions = dx.inverse_kinematics.solve(chain, T, **options)
     wanted = solutions.valid if beyond_limits else solutions.usable
     poses, branches = torch.nonzero(wanted, as_tuple=True)
@@ -119,6 +121,7 @@ def reach_map(
     """
     unfinished = dx.reach.ReachMap.load(to) if go_on else None
     grid = dx.reach.rotations(rotations)
+    _say_if_few_joints(chain, options, "--pose-rows")
     found = dx.reach.survey(chain, where, grid, unfinished=unfinished, **options)
     found.save(to)
     say(f"{to} written" if found.finished else f"{to} written, as far as it goes; --continue goes on")
@@ -174,6 +177,7 @@ def placements(
     bases = dx.reach.planar_bases(
         values_of_range(x, "--x"), values_of_range(y, "--y"), values_of_range(yaw, "--yaw"), height
     )
+    _say_if_few_joints(chain, options, "--pose-rows")
     found = dx.reach.place(chain, poses, bases, **options)
     rows = found.table(best)
     columns: dict[str, list[Cell]] = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
@@ -186,3 +190,13 @@ def placements(
         "bases that reach all poses": int((found.reached == len(poses)).sum()),
     }
     return Report(columns, facts), found
+
+
+def _say_if_few_joints(chain: Chain, options: Mapping[str, Any], option: str) -> None:
+    """Say that a robot with fewer joints than the rows of a pose meets hardly any pose."""
+    count = len(dx.indices.rows.row_numbers(options.get("rows", "full")))
+    if chain.joints < count:
+        say(
+            f"{chain.name} has {chain.joints} joints and meets hardly any pose in all {count} rows; "
+            f"{option} translational asks for positions alone"
+        )

@@ -20,6 +20,11 @@ from dexterity.command.options import IndexOptions, Language, Poses, ReportOptio
 from dexterity.command.reports import require_file
 from dexterity.command.shell import INDEX, INTERRUPTED, NEGATIVE, application, examples
 
+PoseRows = Annotated[
+    str, typer.Option("--pose-rows", help="Rows of the tool's pose that must fit, such as translational.")
+]
+"""Option of the subcommands that have an index with rows of its own."""
+
 __all__ = ["design", "export", "place", "reach_map", "validate"]
 
 
@@ -47,10 +52,7 @@ def reach_map(
         str | None, typer.Option("--index", help="Index by which poses are valued; without it, reach alone.")
     ] = None,
     method: Annotated[str, typer.Option("--method", help="auto, closed form, search or sampling.")] = "auto",
-    pose_rows: Annotated[
-        str,
-        typer.Option("--pose-rows", help="Rows of the tool's pose that must fit, such as translational."),
-    ] = "full",
+    pose_rows: PoseRows = "full",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="All processors by default.")
@@ -119,6 +121,7 @@ def place(
     height: Annotated[float, typer.Option("--height", help="Height of the bases (m).")] = 0.0,
     index: Annotated[str, typer.Option("--index", help="Index by which bases are valued.")] = "kci",
     by: Annotated[str, typer.Option("--by", help="worst or mean value over the poses.")] = "worst",
+    pose_rows: PoseRows = "full",
     refine: Annotated[bool, typer.Option(help="Improve the best base between the candidates.")] = True,
     best: Annotated[int, typer.Option("--best", min=1, help="How many bases are listed.")] = 10,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
@@ -129,7 +132,7 @@ def place(
 
     Ctrl-C ends the comparison; the bases that were looked at are listed, with exit code 130.
     """
-    from dexterity.command import reaching
+    from dexterity.command import inputs, reaching
     from dexterity.command.progress import Bar
 
     chain = robot.chain()
@@ -137,7 +140,19 @@ def place(
     wanted = poses.read() if seam is None else reaching.seam(seam, count, tool)
     with Bar("bases") as bar:
         report, found = reaching.placements(
-            chain, wanted, x, y, yaw, height, best, index=asked, by=by, refine=refine, seed=seed, progress=bar
+            chain,
+            wanted,
+            x,
+            y,
+            yaw,
+            height,
+            best,
+            index=asked,
+            by=by,
+            rows=inputs.rows(pose_rows),
+            refine=refine,
+            seed=seed,
+            progress=bar,
         )
     form.give(report)
     if not bool(found.examined.all()):
