@@ -37,7 +37,7 @@ from dexterity import checks, robots, spatial
 from dexterity import sobol as sobol_points
 from dexterity.chain import Chain
 from dexterity.derivation import derive
-from dexterity.indices import Index
+from dexterity.indices import Index, require_not_zero_everywhere
 from dexterity.spatial import TensorLike
 
 __all__ = [
@@ -470,29 +470,20 @@ def relevant_joints(chain: Chain, index: Index) -> tuple[int, ...]:
     """
     checks.instance(chain, "chain", Chain)
     checks.instance(index, "index", Index)
-    function = index.bind(chain)
-    slopes, values = _slopes(function, chain)
-    if not values.any():
-        raise ValueError(
-            f"{index!r} is zero everywhere for {chain.name} with its {chain.joints} joints; choose rows that "
-            "its tool can move along, such as rows='translational'"
-        )
+    require_not_zero_everywhere(index, chain)
     try:
         return tuple(joint - 1 for joint in derive(chain, index).matters)
     except ValueError:
-        matter = slopes > 1e-9 * slopes.max()
-        return tuple(matter.nonzero().flatten().tolist())
+        slopes = _slopes(index.bind(chain), chain)
+        return tuple((slopes > 1e-9 * slopes.max()).nonzero().flatten().tolist())
 
 
-def _slopes(function: Callable[[Tensor], Tensor], chain: Chain) -> tuple[Tensor, Tensor]:
-    """Largest absolute derivative along each joint (n), and the values, at points within the limits."""
-    with spatial.differentiation():
-        lower, upper = (limits.clamp(-math.pi, math.pi) for limits in (chain.lower, chain.upper))
-        u = torch.rand(64, chain.joints, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
-        q = torch.lerp(lower, upper, u).requires_grad_()
-        values = function(q)
-        (gradients,) = torch.autograd.grad(values.sum(), q)
-    return gradients.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0).abs().amax(0), values.detach()
+def _slopes(function: Callable[[Tensor], Tensor], chain: Chain) -> Tensor:
+    """Largest absolute derivative along each joint (n) at points within the limits."""
+    lower, upper = (limits.clamp(-math.pi, math.pi) for limits in (chain.lower, chain.upper))
+    u = torch.rand(64, chain.joints, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    _, gradients = spatial.value_and_gradient(function, torch.lerp(lower, upper, u))
+    return gradients.nan_to_num(nan=0.0, posinf=0.0, neginf=0.0).abs().amax(0)
 
 
 # ---- draws -------------------------------------------------------------------------------------------

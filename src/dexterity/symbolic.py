@@ -340,16 +340,9 @@ class _PlainInTorch:
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
         rows = spatial.to_float64(q.detach(), "q").reshape(-1, q.shape[-1])
-        pieces = [self._of_piece(piece) for piece in rows.split(_PIECE)]
+        pieces = [spatial.value_and_gradient(self._plain, piece) for piece in rows.split(_PIECE)]
         values, gradients = (torch.cat(parts) for parts in zip(*pieces, strict=True))
         return values.reshape(q.shape[:-1]), gradients.reshape(q.shape)
-
-    def _of_piece(self, q: Tensor) -> tuple[Tensor, Tensor]:
-        with spatial.differentiation():
-            q = q.detach().clone().requires_grad_()
-            values = self._plain(q)
-            (gradients,) = torch.autograd.grad(values.sum(), q)
-        return values.detach(), gradients
 
 
 _PIECE = 8192  # configurations worked on at a time on the CPU: what a step reads is still in its cache

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -212,7 +211,7 @@ class Ranking:
 
 
 def _read_tasks() -> Mapping[str, Task]:
-    rows = tomllib.loads(store.data_path("tasks.toml").read_text(encoding="utf-8"))["tasks"]
+    rows = store.read_toml(store.data_path("tasks.toml"))["tasks"]
     tasks = [Task(**{**row, "aliases": tuple(row.get("aliases", ()))}) for row in rows]
     return MappingProxyType({task.name: task for task in tasks})
 

@@ -420,5 +420,5 @@ def test_a_product_of_nothing_is_refused():
 
 
 def test_a_product_of_batches_that_do_not_broadcast_is_refused():
-    with pytest.raises(ValueError, match=r"^poses have batch axes \(2,\) and \(3,\)"):
+    with pytest.raises(ValueError, match=r"^poses\[0\] and poses\[1\] have batch axes \(2,\) and \(3,\)"):
         spatial.compose(np.zeros((2, 4, 4)), np.zeros((3, 4, 4)))

@@ -27,6 +27,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.poses import skew
 
 __all__ = ["Inertias", "checked_inertias", "mass_matrices"]
 
@@ -124,7 +125,7 @@ def mass_matrices(
     R, p = poses[..., :3], poses[..., 3]
     masses, centres, tensors = (part.to(p.device) for part in in_frames)
     centre = (R @ centres[..., None])[..., 0] + p - reference.T[:, None]
-    coupling = masses[:, None, None] * _skew(centre)
+    coupling = masses[:, None, None] * skew(centre)
     linear = (masses[:, None, None] * torch.eye(3, dtype=p.dtype, device=p.device)).expand_as(coupling)
     about_reference = R @ tensors @ R.mT + masses[:, None, None] * _about_origin(centre)
     links = torch.cat(
@@ -137,13 +138,7 @@ def mass_matrices(
     return product.tril() + product.tril(-1).mT
 
 
-def _skew(vector: Tensor) -> Tensor:
-    x, y, z = vector.unbind(-1)
-    zero = torch.zeros_like(x)
-    return torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1).unflatten(-1, (3, 3))
-
-
 def _about_origin(centres: Tensor) -> Tensor:
     """Inertia about the origin of a unit mass at each point, -[c]²."""
-    W = _skew(centres)
+    W = skew(centres)
     return W @ W.mT

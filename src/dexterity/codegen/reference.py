@@ -40,14 +40,11 @@ class References(NamedTuple):
 def references(derivation: Derivation) -> References:
     """Return the index by its definition, with its gradient by automatic differentiation."""
     chain = derivation.chain.numeric()
-    index = derivation.index.bind(chain)
-    with spatial.differentiation():
-        q = regular_rows(chain).clone().requires_grad_()
-        values = index(q)
-        (gradients,) = torch.autograd.grad(values.sum(), q)
+    q = regular_rows(chain)
+    values, gradients = spatial.value_and_gradient(derivation.index.bind(chain), q)
     # Where an index is zero everywhere it has no derivative, and generated code returns zero.
     gradients = torch.where(values[:, None] == 0, 0.0, gradients)
-    return References(q.detach().numpy(), values.detach().numpy(), gradients.numpy())
+    return References(q.numpy(), values.numpy(), gradients.numpy())
 
 
 def regular_rows(chain: Chain) -> Tensor:

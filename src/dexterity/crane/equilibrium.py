@@ -23,11 +23,11 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import checks
+from dexterity import checks, spatial
 from dexterity.checks import Real, Whole
 from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import require_strokes
-from dexterity.crane.structure import Assembly, common_batch, require_payload
+from dexterity.crane.structure import Assembly, require_payload
 from dexterity.spatial import TensorLike
 
 __all__ = ["Equilibrium", "NewtonOptions", "Potential", "Sag", "corotational_deflection", "equilibrium"]
@@ -203,7 +203,7 @@ def corotational_deflection(
     crane = given_crane(crane)
     strokes, payload = require_strokes(strokes), require_payload(payload, crane)
     checks.instance(options, "options", NewtonOptions)
-    batch = common_batch(payload.shape, strokes.shape[:-1], "payload")
+    batch = spatial.common_batch(payload=payload.shape, strokes=strokes.shape[:-1])
     with torch.inference_mode(False):  # steps are slopes, which are not taken in that mode
         rows = strokes.detach().cpu().clone().expand(*batch, 3).reshape(-1, 3).split(_POSES_AT_ONCE)
         masses = payload.detach().cpu().clone().expand(batch).reshape(-1).split(_POSES_AT_ONCE)

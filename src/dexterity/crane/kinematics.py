@@ -143,7 +143,7 @@ def tip_jacobian(strokes: TensorLike, crane: Crane | None = None) -> Float64[Ten
     ValueError
         As :func:`tip_position`.
     """
-    with torch.inference_mode(False), torch.enable_grad():
+    with spatial.differentiation():
         s = require_strokes(strokes).detach().clone().requires_grad_()
         tip = tip_position(s, crane)
         rows = [torch.autograd.grad(tip[..., i].sum(), s, retain_graph=True)[0] for i in range(2)]
@@ -194,13 +194,7 @@ def inverse(position: TensorLike, extension: TensorLike | None = None, crane: Cr
     links = crane.linkage
     position = _require_position(position)
     s3 = least_extension(position, crane) if extension is None else spatial.to_float64(extension, "extension")
-    try:
-        torch.broadcast_shapes(position.shape[:-1], s3.shape)
-    except RuntimeError as error:
-        raise ValueError(
-            f"extension has batch axes {tuple(s3.shape)} and position {tuple(position.shape[:-1])}, "
-            "which do not broadcast"
-        ) from error
+    spatial.common_batch(extension=s3.shape, position=position.shape[:-1])
     lift, relative = _elbow_up(position, s3, links)
     s1 = _side(*_lift_sides(links), lift - _lift_foot_angle(links)) - links.lift_cylinder_length
     strokes = torch.stack(torch.broadcast_tensors(s1, _jib_stroke(relative, links), s3), dim=-1)
@@ -254,10 +248,7 @@ def require_strokes(strokes: TensorLike) -> Float64[Tensor, "*batch 3"]:
     ValueError
         If the last axis is not 3 or a stroke is not finite.
     """
-    strokes = spatial.to_float64(strokes, "strokes")
-    if strokes.shape[-1:] != (3,):
-        raise ValueError(f"strokes has shape {tuple(strokes.shape)}; s1, s2 and s3 are needed: (..., 3)")
-    return strokes
+    return spatial.batch_of(strokes, "strokes", (3,))
 
 
 def turned(angle: Tensor, point: Tensor | Point) -> Float64[Tensor, "*batch 2"]:
@@ -346,9 +337,7 @@ def _elbow_up(position: Tensor, s3: Tensor, links: Linkage) -> tuple[Tensor, Ten
 
 
 def _require_position(position: TensorLike) -> Tensor:
-    position = spatial.to_float64(position, "position")
-    if position.shape[-1:] != (2,):
-        raise ValueError(f"position has shape {tuple(position.shape)}; x and y are needed: (..., 2)")
+    position = spatial.batch_of(position, "position", (2,))
     if (position.abs() > _FARTHEST).any():
         raise ValueError(f"position holds numbers beyond {_FARTHEST:g} m")
     return position

@@ -21,10 +21,10 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import checks
+from dexterity import checks, spatial
 from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import require_strokes, turned
-from dexterity.crane.structure import Assembly, Pose, common_batch, require_payload
+from dexterity.crane.structure import Assembly, Pose, require_payload
 from dexterity.spatial import TensorLike
 
 __all__ = ["PARTS", "Bars", "NodalResponse", "bars", "displacements", "nodal_response"]
@@ -99,7 +99,7 @@ class Bars:
             not finite.
         """
         payload = require_payload(payload, self.crane)
-        common_batch(payload.shape, self.ends.shape[:-3], "payload")
+        spatial.common_batch(payload=payload.shape, strokes=self.ends.shape[:-3])
         payload = payload[..., None, None, None]
         if not isinstance(magnified, Tensor):
             magnified = checks.real(magnified, "magnified")

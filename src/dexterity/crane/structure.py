@@ -40,7 +40,6 @@ __all__ = [
     "LoadResponse",
     "Pad",
     "Pose",
-    "common_batch",
     "deflection",
     "flexible_tip",
     "load_response",
@@ -75,7 +74,7 @@ def deflection(
     crane = given_crane(crane)
     payload = require_payload(payload, crane)
     response = load_response(strokes, crane)
-    common_batch(payload.shape, response.own_weight.shape[:-1], "payload")
+    spatial.common_batch(payload=payload.shape, strokes=response.own_weight.shape[:-1])
     return response.own_weight + payload[..., None] * response.per_kilogram
 
 
@@ -148,22 +147,6 @@ def require_payload(payload: TensorLike, crane: Crane) -> Float64[Tensor, "*batc
         worst = payload[(payload < 0) | (payload > crane.rating)][0].item()
         raise ValueError(f"payload holds {worst} kg; 0 to the rating of {crane.rating} kg is needed")
     return payload
-
-
-def common_batch(payload: torch.Size, strokes: torch.Size, name: str) -> torch.Size:
-    """Return the batch axes that payloads and strokes have in common.
-
-    Raises
-    ------
-    ValueError
-        If they do not broadcast.
-    """
-    try:
-        return torch.broadcast_shapes(payload, strokes)
-    except RuntimeError as error:
-        raise ValueError(
-            f"{name} has batch axes {tuple(payload)} and strokes {tuple(strokes)}, which do not broadcast"
-        ) from error
 
 
 class Pose(NamedTuple):

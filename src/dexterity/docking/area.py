@@ -302,6 +302,4 @@ def orientation(tool: TensorLike, name: str = "tool") -> Float64[Tensor, "3 3"]:
     R = spatial.to_float64(tool, name)
     if R.shape != (3, 3):
         raise ValueError(f"{name} has shape {tuple(R.shape)}; (3, 3) is needed")
-    T = torch.eye(4, dtype=torch.float64)
-    T[:3, :3] = R
-    return spatial.require_rigid(T, name)[:3, :3]
+    return spatial.require_rotation(R, name)

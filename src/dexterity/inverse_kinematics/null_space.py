@@ -204,12 +204,7 @@ def slope(objective: Objective, q: Float64[Tensor, "*batch n"]) -> Float64[Tenso
     own: Any = getattr(objective, "value_and_gradient", None)
     if own is not None:
         return spatial.to_float64(own(q)[1], "gradient of the objective")
-    with spatial.differentiation():
-        at = q.detach().clone().requires_grad_()
-        value = objective(at)
-        if not value.requires_grad:
-            raise ValueError("objective cannot be differentiated by torch")
-        (gradient,) = torch.autograd.grad(value.sum(), at)
+    _, gradient = spatial.value_and_gradient(objective, q, "objective")
     return spatial.to_float64(gradient, "gradient of the objective")
 
 

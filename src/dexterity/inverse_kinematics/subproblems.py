@@ -271,7 +271,4 @@ def about_two(one: Line, two: Line, p: Tensor, q: Tensor) -> Tensor:
 
 
 def points_of(p: TensorLike, name: str) -> Tensor:
-    p = spatial.to_float64(p, name)
-    if p.shape[-1:] != (3,):
-        raise ValueError(f"{name} has shape {tuple(p.shape)}; (..., 3) is needed")
-    return p
+    return spatial.batch_of(p, name, (3,))

@@ -216,14 +216,14 @@ def _height_and_slope(
     f: Function, index: Function, space: Space, u: Tensor, scale: float | None
 ) -> tuple[Tensor, Tensor]:
     """Sizes of errors (B) and how they rise with the coordinates (B, m)."""
-    with spatial.differentiation():
-        u = u.detach().clone().requires_grad_()
+
+    def height_at(u: Tensor) -> Tensor:
         q = space.from_unit(u)
-        value = f(q)
+        value, exact = f(q), index(q)
         if not value.requires_grad:
             raise ValueError("f cannot be differentiated by torch, so nothing can climb on its error")
-        exact = index(q)
-        height = (value / exact - 1).abs() if scale is None else ((value - exact) / scale).abs()
-        (slope,) = torch.autograd.grad(height.sum(), u)
+        return (value / exact - 1).abs() if scale is None else ((value - exact) / scale).abs()
+
+    height, slope = spatial.value_and_gradient(height_at, u)
     # At a kink there may be no slope; what climbs stays there until a coordinate with one leads it away.
-    return spatial.to_float64(height.detach(), "f(q) / index(q)"), slope.nan_to_num(nan=0.0)
+    return spatial.to_float64(height, "f(q) / index(q)"), slope.nan_to_num(nan=0.0)

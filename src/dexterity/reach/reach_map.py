@@ -406,7 +406,7 @@ def _parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[
     return {
         "chain": chain,
         **{name: tensors[name] for name in wanted},
-        "rotations": spatial.pose(tensors["rotations"], torch.zeros(3, dtype=torch.float64))[:, :3, :3],
+        "rotations": spatial.require_rotation(tensors["rotations"], "rotations"),
         "method": checks.name(header["method"], "method"),
         "rows": tuple(checks.whole(row, "rows", least=0, most=5) for row in header["rows"]),
         "cell": tuple(checks.real(width, "cell", least=0.0) for width in header["cell"]),

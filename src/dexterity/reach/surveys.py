@@ -176,6 +176,4 @@ def _rotations(rotations: TensorLike) -> Tensor:
     R = spatial.to_float64(rotations, "rotations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or not len(R):
         raise ValueError(f"rotations has shape {tuple(R.shape)}; (r, 3, 3) with r ≥ 1 is needed")
-    T = torch.eye(4, dtype=torch.float64).repeat(len(R), 1, 1)
-    T[:, :3, :3] = R.detach().cpu()
-    return spatial.require_rigid(T, "rotations")[:, :3, :3].clone()
+    return spatial.require_rotation(R.detach().cpu(), "rotations").clone()

@@ -197,6 +197,4 @@ def _rotation(value: TensorLike) -> Tensor:
     R = spatial.to_float64(value, "tool_rotation")
     if R.shape != (3, 3):
         raise ValueError(f"tool_rotation has shape {tuple(R.shape)}; (3, 3) is needed")
-    T = torch.eye(4, dtype=torch.float64)
-    T[:3, :3] = R
-    return spatial.require_rigid(T, "tool_rotation")[:3, :3]
+    return spatial.require_rotation(R, "tool_rotation")

@@ -158,18 +158,15 @@ def _climbed(
 
 def _value_and_slope(f: Callable[[Tensor], Tensor], space: Space, u: Tensor) -> tuple[Tensor, Tensor]:
     """Values (B) of a function, and how they rise with the coordinates of the unit cube (B, m)."""
-    with spatial.differentiation():
-        u = u.detach().clone().requires_grad_()
-        q = space.from_unit(u)
-        own: Any = getattr(f, "value_and_gradient", None)
-        if own is not None:
+    own: Any = getattr(f, "value_and_gradient", None)
+    if own is None:
+        value, slope = spatial.value_and_gradient(lambda u: f(space.from_unit(u)), u)
+    else:
+        with spatial.differentiation():
+            u = u.detach().clone().requires_grad_()
+            q = space.from_unit(u)
             value, gradient = own(q.detach())
             (slope,) = torch.autograd.grad(q, u, gradient)
-        else:
-            value = f(q)
-            if not value.requires_grad:
-                raise ValueError("f cannot be differentiated by torch, so nothing can climb on it")
-            (slope,) = torch.autograd.grad(value.sum(), u)
     # At a kink or where the value is infinite there may be no slope: what climbs stays there.
     slope = slope.nan_to_num(nan=0.0, posinf=1.0, neginf=-1.0)
     return spatial.to_extended_float64(value.detach(), "f(q)"), slope

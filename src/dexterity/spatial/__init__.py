@@ -26,6 +26,7 @@ from dexterity.spatial.poses import (
     log,
     pose,
     require_rigid,
+    require_rotation,
     rotation_miss,
     translation,
     vee,
@@ -43,11 +44,14 @@ from dexterity.spatial.rotations import (
 from dexterity.spatial.values import (
     TensorLike,
     are_readable,
+    batch_of,
+    common_batch,
     differentiation,
     require_finite_result,
     require_joints,
     to_extended_float64,
     to_float64,
+    value_and_gradient,
 )
 
 __all__ = [
@@ -56,6 +60,8 @@ __all__ = [
     "adjoint",
     "apply",
     "are_readable",
+    "batch_of",
+    "common_batch",
     "compose",
     "differentiation",
     "exp",
@@ -72,12 +78,14 @@ __all__ = [
     "require_finite_result",
     "require_joints",
     "require_rigid",
+    "require_rotation",
     "rotation_miss",
     "rpy",
     "to_extended_float64",
     "to_float64",
     "tolerances",
     "translation",
+    "value_and_gradient",
     "vee",
     "wrap_to_pi",
 ]

@@ -29,6 +29,8 @@ from dexterity.spatial.values import (
     TensorLike,
     are_readable,
     as_float64,
+    batch_of,
+    common_batch,
     require_finite_result,
     to_float64,
 )
@@ -44,6 +46,7 @@ __all__ = [
     "log",
     "pose",
     "require_rigid",
+    "require_rotation",
     "rotation_miss",
     "translation",
     "vee",
@@ -59,9 +62,9 @@ def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*bat
     ValueError
         If the shapes do not fit or the rotation is not orthonormal with determinant +1, to six digits.
     """
-    R = trailing(to_float64(rotation, "rotation"), "rotation", (3, 3))
-    p = trailing(to_float64(translation, "translation"), "translation", (3,))
-    batch = _common_batch("rotation and translation", R.shape[:-2], p.shape[:-1])
+    R = batch_of(rotation, "rotation", (3, 3))
+    p = batch_of(translation, "translation", (3,))
+    batch = common_batch(rotation=R.shape[:-2], translation=p.shape[:-1])
     T = assemble(R.expand(*batch, 3, 3), p.expand(*batch, 3))
     return require_rigid(T, "rotation")
 
@@ -74,9 +77,9 @@ def translation(x: TensorLike, y: TensorLike, z: TensorLike) -> Float64[Tensor, 
     ValueError
         If something is not finite or the shapes do not broadcast.
     """
-    parts = [to_float64(part, name) for part, name in ((x, "x"), (y, "y"), (z, "z"))]
-    batch = _common_batch("x, y and z", *(part.shape for part in parts))
-    p = torch.stack([part.expand(batch) for part in parts], dim=-1)
+    parts = {name: to_float64(part, name) for name, part in (("x", x), ("y", y), ("z", z))}
+    batch = common_batch(**{name: part.shape for name, part in parts.items()})
+    p = torch.stack([part.expand(batch) for part in parts.values()], dim=-1)
     return assemble(torch.eye(3, dtype=p.dtype, device=p.device).expand(*batch, 3, 3), p)
 
 
@@ -115,7 +118,7 @@ def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
         If the shape is not (..., 4, 4), the last row is not 0 0 0 1, or the rotation block is not
         orthonormal with determinant +1.
     """
-    T = trailing(to_float64(T, name), name, (4, 4))
+    T = batch_of(T, name, (4, 4))
     if T.numel() == 0 or not are_readable(T):
         return T
     R, last_row = T[..., :3, :3], T[..., 3, :]
@@ -134,6 +137,18 @@ def require_rigid(T: TensorLike, name: str) -> Float64[Tensor, "*batch 4 4"]:
         return T
     mended = assemble(polar_rotation(R), T[..., :3, 3])
     return torch.where((miss > ROUNDING)[..., None, None], mended, T)
+
+
+def require_rotation(R: TensorLike, name: str) -> Float64[Tensor, "*batch 3 3"]:
+    """Return `R` as a tensor if it is a rotation, taken as :func:`require_rigid` takes that of a pose.
+
+    Raises
+    ------
+    ValueError
+        If the shape is not (..., 3, 3), or it is not orthonormal with determinant +1.
+    """
+    R = batch_of(R, name, (3, 3))
+    return require_rigid(assemble(R, R.new_zeros(*R.shape[:-2], 3)), name)[..., :3, :3]
 
 
 def hat(vector: TensorLike) -> Tensor:
@@ -155,10 +170,10 @@ def hat(vector: TensorLike) -> Tensor:
     """
     vector = to_float64(vector, "vector")
     if vector.shape[-1:] == (3,):
-        return _skew(vector)
+        return skew(vector)
     if vector.shape[-1:] == (6,):
         v, omega = vector[..., :3], vector[..., 3:]
-        return torch.nn.functional.pad(torch.cat([_skew(omega), v[..., None]], dim=-1), (0, 0, 0, 1))
+        return torch.nn.functional.pad(torch.cat([skew(omega), v[..., None]], dim=-1), (0, 0, 0, 1))
     raise ValueError(f"vector has shape {tuple(vector.shape)}; its last axis must be 3 or 6")
 
 
@@ -202,9 +217,9 @@ def exp(twist: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     ----------
     Murray, Li & Sastry (1994), Eqs. 2.14, 2.32 and 2.36.
     """
-    twist = trailing(to_float64(twist, "twist"), "twist", (6,))
+    twist = batch_of(twist, "twist", (6,))
     v, omega = twist[..., :3], twist[..., 3:]
-    W = _skew(omega)
+    W = skew(omega)
     a, b, c = (f[..., None, None] for f in _exponential_factors((omega * omega).sum(-1)))
     identity = torch.eye(3, dtype=twist.dtype, device=twist.device)
     V = identity + b * W + c * (W @ W)
@@ -239,7 +254,7 @@ def log(T: TensorLike) -> Float64[Tensor, "*batch 6"]:
     """
     T = require_rigid(T, "T")
     omega = _rotation_vector(T[..., :3, :3])
-    W = _skew(omega)
+    W = skew(omega)
     d = inverse_factor((omega * omega).sum(-1))[..., None, None]
     V_inverse = torch.eye(3, dtype=T.dtype, device=T.device) - 0.5 * W + d * (W @ W)
     twist = torch.cat([(V_inverse @ T[..., :3, 3:])[..., 0], omega], dim=-1)
@@ -261,9 +276,9 @@ def apply(T: TensorLike, p: TensorLike) -> Float64[Tensor, "*batch 3"]:
     ValueError
         If a shape does not fit or something is not finite.
     """
-    T = trailing(to_float64(T, "T"), "T", (4, 4))
-    p = trailing(to_float64(p, "p"), "p", (3,))
-    _common_batch("T and p", T.shape[:-2], p.shape[:-1])
+    T = batch_of(T, "T", (4, 4))
+    p = batch_of(p, "p", (3,))
+    common_batch(T=T.shape[:-2], p=p.shape[:-1])
     return (T[..., :3, :3] @ p[..., None])[..., 0] + T[..., :3, 3]
 
 
@@ -292,7 +307,7 @@ def adjoint(T: TensorLike) -> Float64[Tensor, "*batch 6 6"]:
     """
     T = require_rigid(T, "T")
     R, p = T[..., :3, :3], T[..., :3, 3]
-    top = torch.cat([R, _skew(p) @ R], dim=-1)
+    top = torch.cat([R, skew(p) @ R], dim=-1)
     bottom = torch.cat([torch.zeros_like(R), R], dim=-1)
     return require_finite_result(torch.cat([top, bottom], dim=-2), "T")
 
@@ -312,8 +327,8 @@ def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     """
     if not poses:
         raise ValueError("poses is empty; at least one is needed")
-    checked = [trailing(to_float64(T, "T"), "T", (4, 4)) for T in poses]
-    _common_batch("poses", *(T.shape[:-2] for T in checked))
+    checked = [batch_of(T, "T", (4, 4)) for T in poses]
+    common_batch(**{f"poses[{i}]": T.shape[:-2] for i, T in enumerate(checked)})
     # A product of one pose is a copy: what is returned never changes with the caller's array.
     product = reduce(torch.matmul, checked) if len(checked) > 1 else checked[0].clone()
     return require_finite_result(product, "T")
@@ -335,28 +350,13 @@ def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
 _SERIES_BELOW = 0.25  # θ²; the series below are cut where their next term is under 1e-17 there
 
 
-def trailing(tensor: Tensor, name: str, shape: tuple[int, ...]) -> Tensor:
-    if tuple(tensor.shape[-len(shape) :]) != shape or tensor.ndim < len(shape):
-        wanted = ", ".join(map(str, shape))
-        raise ValueError(f"{name} has shape {tuple(tensor.shape)}; (..., {wanted}) is needed")
-    return tensor
-
-
-def _common_batch(names: str, *shapes: torch.Size) -> torch.Size:
-    try:
-        return torch.broadcast_shapes(*shapes)
-    except RuntimeError as error:
-        batches = " and ".join(str(tuple(shape)) for shape in shapes)
-        raise ValueError(f"{names} have batch axes {batches}, which do not broadcast") from error
-
-
 def assemble(R: Tensor, p: Tensor) -> Tensor:
     top = torch.cat([R, p[..., None]], dim=-1)
     last_row = top.new_tensor([0.0, 0.0, 0.0, 1.0]).expand(*top.shape[:-2], 1, 4)
     return torch.cat([top, last_row], dim=-2)
 
 
-def _skew(omega: Tensor) -> Tensor:
+def skew(omega: Tensor) -> Tensor:
     x, y, z = omega.unbind(-1)
     zero = torch.zeros_like(x)
     return torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1).unflatten(-1, (3, 3))
@@ -449,11 +449,11 @@ def polar_rotation(M: Tensor) -> Tensor:
     identity = torch.eye(3, dtype=M.dtype, device=M.device)
     for _ in range(2):
         product = R.mT @ M
-        skew, symmetric = product - product.mT, (product + product.mT) / 2
+        difference, symmetric = product - product.mT, (product + product.mT) / 2
         trace = symmetric.diagonal(dim1=-2, dim2=-1).sum(-1)[..., None, None]
-        turn = torch.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], dim=-1)
+        turn = torch.stack([difference[..., 2, 1], difference[..., 0, 2], difference[..., 1, 0]], dim=-1)
         omega = torch.linalg.solve(trace * identity - symmetric, turn[..., None])[..., 0]
-        W = _skew(omega)
+        W = skew(omega)
         a, b, _ = (f[..., None, None] for f in _exponential_factors((omega * omega).sum(-1)))
         R = R @ (identity + a * W + b * (W @ W))
     return R

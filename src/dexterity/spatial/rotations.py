@@ -27,7 +27,7 @@ from torch import Tensor
 from dexterity import checks
 from dexterity.spatial import poses
 from dexterity.spatial.tolerances import SIX_DIGITS
-from dexterity.spatial.values import TensorLike, are_readable, to_float64
+from dexterity.spatial.values import TensorLike, are_readable, batch_of, to_float64
 
 __all__ = [
     "QuaternionOrder",
@@ -64,7 +64,7 @@ def nearest_rotation(matrix: TensorLike, *, largest_miss: float = 1e-2) -> Float
     ----------
     Schönemann (1966), A generalized solution of the orthogonal Procrustes problem.
     """
-    return _nearest(poses.trailing(to_float64(matrix, "matrix"), "matrix", (3, 3)), largest_miss, "matrix")
+    return _nearest(batch_of(matrix, "matrix", (3, 3)), largest_miss, "matrix")
 
 
 def nearest_rigid(T: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tensor, "*batch 4 4"]:
@@ -82,7 +82,7 @@ def nearest_rigid(T: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tenso
     ValueError
         As :func:`nearest_rotation`, or if the last row misses 0 0 0 1 by `largest_miss` or more.
     """
-    T = poses.trailing(to_float64(T, "T"), "T", (4, 4))
+    T = batch_of(T, "T", (4, 4))
     R = _nearest(T[..., :3, :3], largest_miss, "T")
     last_row = T[..., 3, :] - T.new_tensor([0.0, 0.0, 0.0, 1.0])
     if are_readable(T) and (last_row.abs() >= largest_miss).any():
@@ -121,7 +121,7 @@ def from_rpy(angles: TensorLike, translation: TensorLike = (0.0, 0.0, 0.0)) -> F
     ValueError
         If a shape does not fit or something is not finite.
     """
-    angles = poses.trailing(to_float64(angles, "angles"), "angles", (3,))
+    angles = batch_of(angles, "angles", (3,))
     (cr, cp, cy), (sr, sp, sy) = angles.cos().unbind(-1), angles.sin().unbind(-1)
     entries = [
         cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
@@ -177,7 +177,7 @@ def from_quaternion(
     ValueError
         If a shape does not fit, something is not finite, the order is unknown, or the length is not 1.
     """
-    q = _ordered(poses.trailing(to_float64(quaternion, "quaternion"), "quaternion", (4,)), order, "wxyz")
+    q = _ordered(batch_of(quaternion, "quaternion", (4,)), order, "wxyz")
     length = torch.linalg.vector_norm(q, dim=-1, keepdim=True)
     if are_readable(q) and ((length - 1).abs() > SIX_DIGITS).any():
         wrong = length.flatten()[(length - 1).abs().argmax()].item()
@@ -228,5 +228,5 @@ def _ordered(q: Tensor, given: QuaternionOrder, wanted: QuaternionOrder) -> Tens
 def _rotation_of(T: TensorLike) -> Tensor:
     T = to_float64(T, "T")
     if T.shape[-2:] == (3, 3):
-        T = poses.assemble(T, T.new_zeros(*T.shape[:-2], 3))
+        return poses.require_rotation(T, "T")
     return poses.require_rigid(T, "T")[..., :3, :3]

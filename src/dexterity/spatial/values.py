@@ -15,11 +15,19 @@ Traceback (most recent call last):
 ValueError: speed is not finite: it holds NaN or an infinity
 >>> torch.func.vmap(lambda x: 2 * to_float64(x, "x"))(torch.ones(2)).tolist()
 [2.0, 2.0]
+>>> from dexterity.spatial import batch_of, common_batch, value_and_gradient
+>>> batch_of([[1, 2]], "points", (3,))
+Traceback (most recent call last):
+ValueError: points has shape (1, 2); (..., 3) is needed
+>>> common_batch(poses=(5, 1), points=(4,))
+torch.Size([5, 4])
+>>> value_and_gradient(lambda q: q.square().sum(-1), torch.ones(1, 2, dtype=torch.float64))[1].tolist()
+[[2.0, 2.0]]
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
@@ -32,11 +40,14 @@ from torch import Tensor
 __all__ = [
     "TensorLike",
     "are_readable",
+    "batch_of",
+    "common_batch",
     "differentiation",
     "require_finite_result",
     "require_joints",
     "to_extended_float64",
     "to_float64",
+    "value_and_gradient",
 ]
 
 TensorLike: TypeAlias = Tensor | NDArray[Any] | Sequence[Any] | float | int
@@ -51,6 +62,34 @@ def differentiation() -> Iterator[None]:
     """
     with torch.inference_mode(False), torch.enable_grad():
         yield
+
+
+def value_and_gradient(
+    f: Callable[[Tensor], Tensor], x: Float64[Tensor, "*batch n"], name: str = "f"
+) -> tuple[Tensor, Float64[Tensor, "*batch n"]]:
+    """Values of a function of each row by itself, and its derivatives by the row, in whatever mode of torch.
+
+    Parameters
+    ----------
+    f
+        Values (...) of rows (..., n), which torch can differentiate.
+    x
+        (..., n) where.
+    name
+        What the caller calls the function; used in the error.
+
+    Raises
+    ------
+    ValueError
+        If torch cannot differentiate the function.
+    """
+    with differentiation():
+        x = x.detach().clone().requires_grad_()
+        value = f(x)
+        if not value.requires_grad:
+            raise ValueError(f"{name} cannot be differentiated by torch")
+        (gradient,) = torch.autograd.grad(value.sum(), x)
+    return value.detach(), gradient
 
 
 def to_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
@@ -93,6 +132,50 @@ def to_extended_float64(value: TensorLike, name: str) -> Float64[Tensor, "..."]:
     if are_readable(tensor) and tensor.isnan().any():
         raise ValueError(f"{name} holds NaN")
     return tensor
+
+
+def batch_of(value: TensorLike, name: str, shape: tuple[int, ...]) -> Float64[Tensor, "..."]:
+    """Raise real numbers to a float64 tensor as :func:`to_float64` does, and make sure of its last axes.
+
+    Parameters
+    ----------
+    value
+        Any number of leading batch axes, and the last axes.
+    name
+        What the caller calls it; used in the error.
+    shape
+        Lengths of the last axes, such as ``(3,)`` for points and ``(4, 4)`` for poses.
+
+    Raises
+    ------
+    ValueError
+        If the last axes are others, or an element is NaN or infinite.
+    TypeError
+        As :func:`to_float64`.
+    """
+    tensor = to_float64(value, name)
+    if tuple(tensor.shape[-len(shape) :]) != shape:
+        wanted = ", ".join(map(str, shape))
+        raise ValueError(f"{name} has shape {tuple(tensor.shape)}; (..., {wanted}) is needed")
+    return tensor
+
+
+def common_batch(**batches: Sequence[int]) -> torch.Size:
+    """Return the batch axes that arguments have together, by their names.
+
+    Raises
+    ------
+    ValueError
+        If they do not broadcast.
+    """
+    try:
+        return torch.broadcast_shapes(*batches.values())
+    except RuntimeError as error:
+        *names, last = batches
+        axes = " and ".join(str(tuple(batch)) for batch in batches.values())
+        raise ValueError(
+            f"{', '.join(names)} and {last} have batch axes {axes}, which do not broadcast"
+        ) from error
 
 
 def are_readable(tensor: Tensor) -> bool:

@@ -26,7 +26,7 @@ from dexterity.codegen.c_file import CFile, commented
 from dexterity.codegen.library import compiled_library, plain_memory
 from dexterity.spatial import TensorLike
 from dexterity.workspace.closed_form import LINKS, PARTS, POSE, derive, part
-from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, Branch
+from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, Branch, one_arm
 
 __all__ = ["CompiledArm", "PoseFunction", "Solution", "c_source", "in_c"]
 
@@ -88,16 +88,11 @@ class CompiledArm:
     """
 
     def __init__(self, links: TensorLike, branch: Branch = NAMED_BRANCH) -> None:
-        links = spatial.to_float64(links, "links")
-        if links.shape != (4,):
-            raise ValueError(f"links has shape {tuple(links.shape)}; one manipulator (4,) is needed")
-        if (links < 0).any():
-            raise ValueError(f"links holds {links.min().item()}; lengths are at least 0")
+        links = one_arm(links)
         _, d4, a2, a3 = links.tolist()
         if a2 == 0 or d4 == a3 == 0:
             raise ValueError(f"links is {links.tolist()}; an upper arm and a forearm with lengths are needed")
-        # A copy: the arm stays as it is when the caller's array changes.
-        self._links = links.detach().cpu().contiguous().clone()
+        self._links = links.detach().cpu().contiguous()
         self._branch = checks.instance(branch, "branch", Branch)
 
     @cached_property

@@ -161,9 +161,7 @@ def rotation(angles: TensorLike) -> Float64[Tensor, "*batch 3 3"]:
     ValueError
         If the last axis is not 3, or an angle is not finite.
     """
-    angles = spatial.to_float64(angles, "angles")
-    if angles.shape[-1:] != (3,):
-        raise ValueError(f"angles has shape {tuple(angles.shape)}; (..., 3) is needed")
+    angles = spatial.batch_of(angles, "angles", (3,))
     (cx, cy, cz), (sx, sy, sz) = angles.cos().unbind(-1), angles.sin().unbind(-1)
     rows = [
         [cy * cz, -cy * sz, sy],

@@ -102,21 +102,13 @@ def _placed(
     links: TensorLike, dynamics: DynamicParameters, q: TensorLike
 ) -> tuple[Frames, DynamicParameters]:
     checks.instance(dynamics, "dynamics", DynamicParameters)
-    placed, batches, parts = frames(links, q), [], []
+    placed = frames(links, q)
+    parts, batches = [], {"q": placed.origins.shape[:-2]}
     for name, part in zip(DynamicParameters._fields, dynamics, strict=True):
-        part, shape = spatial.to_float64(part, name), _SHAPES.get(name, (6,))
-        if part.shape[-len(shape) :] != shape:
-            wanted = ", ".join(map(str, shape))
-            raise ValueError(f"{name} has shape {tuple(part.shape)}; (..., {wanted}) is needed")
-        parts.append(part)
-        batches.append(part.shape[: -len(shape)])
-    try:
-        batch = torch.broadcast_shapes(placed.origins.shape[:-2], *batches)
-    except RuntimeError as error:
-        raise ValueError(
-            f"dynamics has batch axes {[tuple(batch) for batch in batches]}, and links with q "
-            f"{tuple(placed.origins.shape[:-2])}; they do not broadcast"
-        ) from error
+        shape = _SHAPES.get(name, (6,))
+        parts.append(spatial.batch_of(part, name, shape))
+        batches[name] = parts[-1].shape[: -len(shape)]
+    batch = spatial.common_batch(**batches)
     rotations, origins = placed.rotations.expand(*batch, 7, 3, 3), placed.origins.expand(*batch, 7, 3)
     return Frames(rotations, origins), DynamicParameters(*parts)
 

@@ -176,8 +176,9 @@ class Confidence:
 
     def __call__(self, links: TensorLike, T_base_tool: TensorLike) -> Float64[Tensor, "*batch"]:
         """Confidence from 0 to 1 that poses (..., 4, 4) are in reach of arms with links (..., 4) [m]."""
-        links, T = spatial.to_float64(links, "links"), spatial.to_float64(T_base_tool, "T_base_tool")
-        batch = torch.broadcast_shapes(links.shape[:-1], T.shape[:-2])
+        links = spatial.batch_of(links, "links", (4,))
+        T = spatial.batch_of(T_base_tool, "T_base_tool", (4, 4))
+        batch = spatial.common_batch(links=links.shape[:-1], T_base_tool=T.shape[:-2])
         links, position = links.expand(*batch, 4), T[..., :3, 3].expand(*batch, 3)
         if self.inputs == "plane":
             across = torch.hypot(position[..., 0], position[..., 1])[..., None]

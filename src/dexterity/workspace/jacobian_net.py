@@ -385,11 +385,9 @@ class JacobianNet(torch.nn.Module):
             If the network sees angles or dynamic parameters, which a pose does not have; if a shape does not
             fit, a pose is not rigid, or something is not finite.
         """
-        links = spatial.to_float64(links, "links")
+        links = spatial.batch_of(links, "links", (4,))
         T = spatial.require_rigid(T_base_tool, "T_base_tool")
-        if links.shape[-1:] != (4,):
-            raise ValueError(f"links has shape {tuple(links.shape)}; (..., 4) is needed")
-        batch = torch.broadcast_shapes(links.shape[:-1], T.shape[:-2])
+        batch = spatial.common_batch(links=links.shape[:-1], T_base_tool=T.shape[:-2])
         links, T = links.expand(*batch, 4).reshape(-1, 4), T.expand(*batch, 4, 4).reshape(-1, 4, 4)
         R = T[:, :3, :3]
         x = self.scaling("in").apply(_pose_inputs(links, T[:, :3, 3], R, self.inputs)).float()

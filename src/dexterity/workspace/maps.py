@@ -44,7 +44,7 @@ from dexterity.spatial.tolerances import LIMIT
 from dexterity.workspace.closed_form import in_torch
 from dexterity.workspace.compiled import in_c
 from dexterity.workspace.dataset import LARGEST_LENGTH
-from dexterity.workspace.reachability import NAMED_BRANCH, Branch, arm, reachable
+from dexterity.workspace.reachability import NAMED_BRANCH, Branch, arm, one_arm, reachable
 
 __all__ = [
     "TRAINED_HALF_SIDE",
@@ -63,7 +63,6 @@ __all__ = [
     "orientation_workspace",
     "rotations",
     "survey",
-    "with_tool",
 ]
 
 TRAINED_HALF_SIDE = 0.4
@@ -188,7 +187,7 @@ class ByClosedForm:
         backend: Literal["torch", "c"] = "torch",
         limit_tolerance: float = LIMIT,
     ) -> None:
-        self._links = _one_arm(links)
+        self._links = one_arm(links)
         checks.choice(backend, "backend", _BACKENDS)
         self._tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0.0)
         free = arm(self._links)
@@ -276,7 +275,7 @@ class ByNetwork:
 
     def __init__(self, network: PoseNetwork, links: TensorLike) -> None:
         self._network = network
-        self._links = _one_arm(links)
+        self._links = one_arm(links)
 
     def __call__(self, T_base_tool: Tensor) -> Reply:
         """Look at rigid poses (..., 4, 4), in the range that the networks were trained in or not.
@@ -305,30 +304,9 @@ def in_training_range(links: TensorLike, position: TensorLike) -> Bool[Tensor, "
     ValueError
         If a shape does not fit, or something is not finite.
     """
-    links, position = spatial.to_float64(links, "links"), spatial.to_float64(position, "position")
-    for value, name, size in ((links, "links", 4), (position, "position", 3)):
-        if value.shape[-1:] != (size,):
-            raise ValueError(f"{name} has shape {tuple(value.shape)}; (..., {size}) is needed")
+    links, position = spatial.batch_of(links, "links", (4,)), spatial.batch_of(position, "position", (3,))
     known = ((links >= 0) & (links <= LARGEST_LENGTH)).all(-1)
     return known & (position.abs() <= TRAINED_HALF_SIDE).all(-1)
-
-
-def with_tool(arm: Chain, T_flange_tool: TensorLike) -> Chain:
-    """Return an arm that holds a tool.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    T_flange_tool
-        (4, 4) new tool frame in the old one.
-
-    Raises
-    ------
-    ValueError
-        If it is not one rigid pose.
-    """
-    return arm.with_tool(_one_pose(T_flange_tool))
 
 
 def _one_pose(T_flange_tool: TensorLike) -> Tensor:
@@ -336,15 +314,6 @@ def _one_pose(T_flange_tool: TensorLike) -> Tensor:
     if T.shape != (4, 4):
         raise ValueError(f"T_flange_tool has shape {tuple(T.shape)}; one pose (4, 4) is needed")
     return T
-
-
-def _one_arm(links: TensorLike) -> Tensor:
-    links = spatial.to_float64(links, "links")
-    if links.shape != (4,):
-        raise ValueError(f"links has shape {tuple(links.shape)}; one manipulator (4,) is needed")
-    if (links < 0).any():
-        raise ValueError(f"links holds {links.min().item()}; lengths are at least 0")
-    return links.clone()
 
 
 # ---- where it is asked -----------------------------------------------------------------------------
@@ -653,5 +622,4 @@ def _orientations(orientations: TensorLike) -> Tensor:
     R = spatial.to_float64(orientations, "orientations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or len(R) == 0:
         raise ValueError(f"orientations has shape {tuple(R.shape)}; (m, 3, 3) with m ≥ 1 is needed")
-    T = _poses(R, R.new_zeros(1, 3))[0]
-    return spatial.require_rigid(T, "orientations")[:, :3, :3]
+    return spatial.require_rotation(R, "orientations")

@@ -95,10 +95,7 @@ def arm(links: TensorLike, name: str = "arm") -> Chain:
     ValueError
         If there are not four numbers, or one is negative or not finite.
     """
-    links = _links(links)
-    if links.shape != (4,):
-        raise ValueError(f"links has shape {tuple(links.shape)}; one manipulator (4,) is needed")
-    d3, d4, a2, a3 = links.tolist()
+    d3, d4, a2, a3 = one_arm(links).tolist()
     lengths = zip((0, 0, d3, d4, 0, 0), (0, a2, a3, 0, 0, 0), TWISTS, strict=True)
     return Chain.from_dh([{"d": d, "a": a, "alpha": alpha} for d, a, alpha in lengths], name=name)
 
@@ -118,8 +115,8 @@ def reachable(links: TensorLike, position: TensorLike) -> Bool[Tensor, "*batch"]
     ValueError
         If a shape does not fit, a length is negative, or something is not finite.
     """
-    links, position = _links(links), _last(position, "position", 3)
-    _common_batch(links.shape[:-1], position.shape[:-1], "position")
+    links, position = _links(links), spatial.batch_of(position, "position", (3,))
+    spatial.common_batch(links=links.shape[:-1], position=position.shape[:-1])
     (d3, d4, a2, a3), (x, y, z) = links.unbind(-1), position.unbind(-1)
     across = x.square() + y.square()
     far = across + z.square() - d3.square()
@@ -153,7 +150,7 @@ def inverse(
     """
     links, T = _links(links), spatial.require_rigid(T_base_tool, "T_base_tool")
     checks.instance(branch, "branch", Branch)
-    _common_batch(links.shape[:-1], T.shape[:-2], "T_base_tool")
+    spatial.common_batch(links=links.shape[:-1], T_base_tool=T.shape[:-2])
     reach = reachable(links, T[..., :3, 3])
     q1, q2, q3 = _arm_angles(links, T[..., :3, 3], branch)
     q4, q5, q6 = _wrist_angles(q1, q2 + q3, T[..., :3, :3], branch.flip)
@@ -232,7 +229,7 @@ def frames(links: TensorLike, q: TensorLike) -> Frames:
     d3, d4, a2, a3 = links.unbind(-1)
     nothing = torch.zeros_like(d3)
     offsets, lengths = (nothing, nothing, d3, d4, nothing, nothing), (nothing, a2, a3, *[nothing] * 3)
-    batch = _common_batch(links.shape[:-1], q.shape[:-1], "q")
+    batch = spatial.common_batch(links=links.shape[:-1], q=q.shape[:-1])
     R, p = torch.eye(3, dtype=q.dtype).expand(*batch, 3, 3), q.new_zeros(*batch, 3)
     rotations, origins = [R], [p]
     for angle, d, a, twist in zip(q.unbind(-1), offsets, lengths, TWISTS, strict=True):
@@ -277,24 +274,16 @@ def in_tool_axes(J: Float64[Tensor, "*batch 6 6"], R: Float64[Tensor, "*batch 3 
     return torch.cat([R.mT @ J[..., :3, :], R.mT @ J[..., 3:, :]], -2)
 
 
+def one_arm(links: TensorLike) -> Tensor:
+    """Return the lengths (4,) of one manipulator, independent of the original."""
+    links = _links(links)
+    if links.shape != (4,):
+        raise ValueError(f"links has shape {tuple(links.shape)}; one manipulator (4,) is needed")
+    return links.clone()
+
+
 def _links(links: TensorLike) -> Tensor:
-    links = _last(links, "links", 4)
+    links = spatial.batch_of(links, "links", (4,))
     if (links < 0).any():
         raise ValueError(f"links holds {links.min().item()}; lengths are at least 0")
     return links
-
-
-def _common_batch(links: torch.Size, other: torch.Size, name: str) -> torch.Size:
-    try:
-        return torch.broadcast_shapes(links, other)
-    except RuntimeError as error:
-        raise ValueError(
-            f"links has batch axes {tuple(links)} and {name} {tuple(other)}; they do not broadcast"
-        ) from error
-
-
-def _last(value: TensorLike, name: str, size: int) -> Tensor:
-    tensor = spatial.to_float64(value, name)
-    if tensor.shape[-1:] != (size,):
-        raise ValueError(f"{name} has shape {tuple(tensor.shape)}; (..., {size}) is needed")
-    return tensor
