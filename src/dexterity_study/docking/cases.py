@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import docking, indices, robots, spatial, store
+from dexterity import docking, robots, spatial, store
 from dexterity.chain import Chain
 from dexterity.docking import DockingProblem
 
@@ -71,15 +71,6 @@ def _ledger() -> dict[str, dict[str, Any]]:
 def printed_poses() -> Tensor:
     """Return the poses (7, 4) of Table 3."""
     return torch.stack([printed(f"poses-{name}") for name in ("x", "y", "z", "psi")], dim=-1)
-
-
-def configuration_at(arm: Chain, pose: Tensor, corner: str) -> Tensor | None:
-    """Return the most dexterous configuration (6,) within the limits at a corner; None if there is none."""
-    q, valid, within = docking.configurations(arm, pose, [CORNERS[corner]])
-    allowed = q[valid & within]
-    if len(allowed) == 0:
-        return None
-    return allowed[indices.manipulability(arm.geometric_jacobian(allowed)).argmax()]
 
 
 def drawn_joints(count: int, seed: int) -> Tensor:

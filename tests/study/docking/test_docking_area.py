@@ -8,7 +8,7 @@ from torch.testing import assert_close
 
 from dexterity import docking, robots
 from dexterity_study.docking.area import experiment
-from dexterity_study.docking.cases import ARMS, CORNERS, configuration_at, printed, printed_poses
+from dexterity_study.docking.cases import ARMS, printed, printed_poses
 
 every_arm = pytest.mark.parametrize("reading", ARMS.values(), ids=ARMS)
 
@@ -33,17 +33,6 @@ def test_w_is_the_same_with_the_tool_down(reading):
     )
     assert_close(up, down, rtol=0, atol=1e-12)
     assert up.max() > 0.01
-
-
-def test_a_configuration_at_a_corner_reaches_it():
-    arm, pose = robots.docking_arm("fitted"), printed_poses()[0]
-    for corner, point in CORNERS.items():
-        q = configuration_at(arm, pose, corner)
-        tool = docking.on_base(arm, pose).forward(q)
-        assert_close(tool[:3, 3], tool.new_tensor(point), rtol=0, atol=1e-9)
-        assert_close(
-            tool[:3, :3] @ tool.new_tensor([1.0, 0, 0]), tool.new_tensor([0, 0, 1.0]), rtol=0, atol=1e-9
-        )
 
 
 def test_angles_that_a_branch_has_are_found_through_full_turns():
