@@ -599,6 +599,32 @@ class DataSet:
     q: Float64[Tensor, "N n"]
     values: Float64[Tensor, " N"]
 
+    @classmethod
+    def of(cls, f: Callable[[Tensor], Tensor], q: Float64[Tensor, "N n"], name: str = "f") -> DataSet:
+        """Evaluate a function at configurations.
+
+        Parameters
+        ----------
+        f
+            Takes the configurations and answers with their values.
+        q
+            (N, n) joint values, [rad] or [m].
+        name
+            What the caller calls the function; used in the error.
+
+        Raises
+        ------
+        ValueError
+            If it does not answer with one finite value a configuration.
+        """
+        with torch.no_grad():
+            values = spatial.to_float64(f(q), f"{name}(q)")
+        if values.shape != q.shape[:1]:
+            raise ValueError(
+                f"{name}(q) has shape {tuple(values.shape)}; ({len(q)},) is needed, a value for each q"
+            )
+        return cls(q, values)
+
 
 @dataclass(frozen=True)
 class DataSets:
@@ -679,7 +705,7 @@ def data_sets(
         raise ValueError(
             f"space gave only {different} different configurations in {len(rows)}; it is too small"
         )
-    return DataSets(*(_evaluated(f, q) for q in (train_q, test_q, validation_q)))
+    return DataSets(*(DataSet.of(f, q) for q in (train_q, test_q, validation_q)))
 
 
 # ---- private -----------------------------------------------------------------------------------------
@@ -799,12 +825,3 @@ def _one_coordinate(level: int | None, count: int, random: torch.Generator) -> T
 
 def _share(number: Tensor, level: int) -> Tensor:
     return number.to(torch.float64) / (level - 1)
-
-
-def _evaluated(f: Callable[[Tensor], Tensor], q: Tensor) -> DataSet:
-    values = spatial.to_float64(f(q), "f(q)")
-    if values.shape != q.shape[:1]:
-        raise ValueError(
-            f"f(q) has shape {tuple(values.shape)}; one value a configuration, ({len(q)},), is needed"
-        )
-    return DataSet(q, values)

@@ -94,8 +94,7 @@ def compile_index(
     """
     if backend not in get_args(Backend):
         raise ValueError(f"backend is {backend!r}; {get_args(Backend)} are known")
-    if not isinstance(chain, Chain | SymbolicChain):
-        raise TypeError(f"chain is {chain!r}; a Chain is needed")
+    symbolic = SymbolicChain.of(chain)
     if not isinstance(index, Index | str):
         raise TypeError(f"index is {index!r}; an Index is needed, such as Index('manipulability')")
     checks.whole(threads, "threads", least=1)
@@ -105,9 +104,8 @@ def compile_index(
             'backend "c" takes a number of its own'
         )
     index = Index(index) if isinstance(index, str) else index
-    numeric = chain.numeric() if isinstance(chain, SymbolicChain) else chain
+    numeric = chain if isinstance(chain, Chain) else symbolic.numeric()
     require_not_zero_everywhere(index, numeric)
-    symbolic = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
     if backend == "c":
         engine: Engine = InC(symbolic, index, threads)
     else:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -469,8 +470,12 @@ class Chain(Kinematics):
             If `T_world_base` is not a rigid (4, 4) pose.
         """
         T = _one_pose(T_world_base, "T_world_base")[0]
-        inertias = None if self._inertias is None else self._inertias.moved(T)
-        return self._changed(self._screws @ spatial.adjoint(T).mT, T @ self._home, name, inertias)
+        return self._changed(
+            name=name,
+            screws=self._screws @ spatial.adjoint(T).mT,
+            home=T @ self._home,
+            inertias=None if self._inertias is None else self._inertias.moved(T),
+        )
 
     def with_tool(self, T_tool_new: TensorLike, *, name: str | None = None) -> Chain:
         """Return the chain with another tool frame.
@@ -487,9 +492,7 @@ class Chain(Kinematics):
         ValueError
             If `T_tool_new` is not a rigid (4, 4) pose.
         """
-        return self._changed(
-            self._screws, self._home @ _one_pose(T_tool_new, "T_tool_new")[0], name, self._inertias
-        )
+        return self._changed(name=name, home=self._home @ _one_pose(T_tool_new, "T_tool_new")[0])
 
     def with_limits(
         self,
@@ -514,22 +517,14 @@ class Chain(Kinematics):
         TypeError
             If the values are no numbers.
         """
-        return Chain(
-            self._screws,
-            self._home,
-            name=self.name,
-            joint_names=self.joint_names,
-            lower=self._lower if lower is None else lower,
-            upper=self._upper if upper is None else upper,
-            rates=self._rates if rates is None else rates,
-            inertias=self._inertias,
-        )
+        given = {"lower": lower, "upper": upper, "rates": rates}
+        return self._changed(**{name: values for name, values in given.items() if values is not None})
 
-    def _changed(self, screws: Tensor, home: Tensor, name: str | None, inertias: Inertias | None) -> Chain:
-        return Chain(
-            screws, home, name=self.name if name is None else name, joint_names=self.joint_names,
-            lower=self._lower, upper=self._upper, rates=self._rates, inertias=inertias,
-        )  # fmt: skip
+    def _changed(self, *, name: str | None = None, **changes: Any) -> Chain:
+        """Return the chain with other arguments of its constructor."""
+        same = ("screws", "home", "joint_names", "lower", "upper", "rates", "inertias")
+        arguments = {argument: getattr(self, f"_{argument}") for argument in same}
+        return Chain(**arguments | changes, name=self.name if name is None else name)
 
     def lock(self, joints: Mapping[str, float] | Iterable[str], *, name: str | None = None) -> Chain:
         """Return the chain with joints fixed; what they carry moves with the joints before them.
@@ -569,10 +564,10 @@ class Chain(Kinematics):
         inertias = None
         if self._inertias is not None:
             inertias = self._inertias.moved(torch.stack(moves)).merged(groups)
-        return Chain(
-            torch.stack(screws),
-            T @ self._home,
-            name=self.name if name is None else name,
+        return self._changed(
+            name=name,
+            screws=torch.stack(screws),
+            home=T @ self._home,
             joint_names=[self.joint_names[i] for i in free],
             lower=self._lower[free],
             upper=self._upper[free],

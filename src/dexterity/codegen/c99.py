@@ -17,13 +17,11 @@ True
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dexterity import store
-from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
+from dexterity.codegen.c_file import CFile, Precision, table
 from dexterity.codegen.costs import Costs, costs, memory
 from dexterity.codegen.heading import geometry, heading, printable
 from dexterity.codegen.names import words
@@ -118,17 +116,8 @@ def _parts(derivation: Derivation, name: str | None, precision: Precision) -> tu
         ),
         *geometry(derivation.chain),
     ]
-    header = file.fill(
-        "header.h.in",
-        heading=commented(lines),
-        joints=joints,
-        version=importlib.metadata.version("dexterity-study"),
-        sha256=hashlib.sha256(computation.code.encode()).hexdigest(),
-        not_finite=NOT_FINITE,
-        more_errors="",
-        functions=file.fill("index_functions.h.in", joints=joints),
-    )
-    return file, header, code
+    functions = file.fill("index_functions.h.in", joints=joints)
+    return file, file.header(lines, joints, computation.code, functions), code
 
 
 def _memory(file: CFile, computation: _Computation, joints: int, values_too: bool) -> str:

@@ -16,6 +16,8 @@ True
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -134,6 +136,21 @@ class CFile:
         """Return a template with its parts; ``p`` and ``P`` begin the names of functions and of macros."""
         names = {"name": self.name, "p": f"{self.name}_", "P": f"{self.name.upper()}_"}
         return template(template_name).substitute(names, **parts)
+
+    def header(
+        self, lines: Iterable[str], joints: int, content: str, functions: str, more_errors: str = ""
+    ) -> str:
+        """Return the text of a header: what a file computes, the checksum of that, errors and functions."""
+        return self.fill(
+            "header.h.in",
+            heading=commented(lines),
+            joints=joints,
+            version=importlib.metadata.version("dexterity-study"),
+            sha256=hashlib.sha256(content.encode()).hexdigest(),
+            not_finite=NOT_FINITE,
+            more_errors=more_errors,
+            functions=functions,
+        )
 
     def files(self, header: str, code: str) -> dict[str, str]:
         """Return the texts of a header and of the file that includes it, by their names."""

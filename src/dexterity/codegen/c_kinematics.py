@@ -14,14 +14,12 @@ True
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
 from typing import NamedTuple
 
 from dexterity import store
 from dexterity.chain import Chain
 from dexterity.codegen.angles import needs_values, with_angles_apart
-from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
+from dexterity.codegen.c_file import CFile, Precision, table
 from dexterity.codegen.costs import memory
 from dexterity.codegen.heading import geometry, joints, printable
 from dexterity.codegen.names import words
@@ -76,7 +74,7 @@ def c_files(
 
 
 def _parts(chain: Chain | SymbolicChain, name: str | None, precision: Precision) -> tuple[CFile, str, str]:
-    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    chain = SymbolicChain.of(chain)
     maps = _maps(chain)
     if name is None:
         suffix = ("f32",) if precision == "float" else ()
@@ -108,21 +106,16 @@ def _parts(chain: Chain | SymbolicChain, name: str | None, precision: Precision)
             ),
         ]
     )
-    header = file.fill(
-        "header.h.in",
-        heading=commented([*heading, *geometry(chain)]),
-        joints=chain.joints,
-        version=importlib.metadata.version("dexterity-study"),
-        sha256=hashlib.sha256(code.encode()).hexdigest(),
-        not_finite=NOT_FINITE,
-        more_errors=f",\n  {name.upper()}_SINGULAR = 5",
-        functions="".join(
+    declared = [
+        *(
             file.fill("map_functions.h.in", function=one.function, result=one.result, says=one.says)
             for one in maps
-        )
-        + file.fill("resolve_functions.h.in"),
-    )
-    return file, header, code
+        ),
+        file.fill("resolve_functions.h.in"),
+    ]
+    singular = f",\n  {name.upper()}_SINGULAR = 5"
+    lines = [*heading, *geometry(chain)]
+    return file, file.header(lines, chain.joints, code, "".join(declared), singular), code
 
 
 def _maps(chain: SymbolicChain) -> list[_Map]:

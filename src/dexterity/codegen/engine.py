@@ -138,7 +138,7 @@ def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
     OSError
         If the folder for generated code cannot be written.
     """
-    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    chain = SymbolicChain.of(chain)
     key = store.content_key(chain.numbers(), index, _generator_key(store.PACKAGE))
     return cached_source(key, lambda: c_source(derive(chain, index)))
 

@@ -21,12 +21,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import sympy
 from sympy import Expr, S, Symbol
 
 from dexterity.chain import Chain
 from dexterity.codegen.ecmascript import Exported, program_module
 from dexterity.derivation import SymbolicChain
+from dexterity.derivation.jacobian import joint_rotation, joint_values
+from dexterity.derivation.symbolic_chain import cross
 from dexterity.elimination import Matrix, dot
 from dexterity.program import Program, Recorder
 
@@ -69,11 +70,9 @@ def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
     ValueError
         If lengths of the chain have no value.
     """
-    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
-    if chain.lengths:
-        raise ValueError(f"{chain.name} has lengths without a value: {', '.join(map(str, chain.lengths))}")
-    q = sympy.symbols(f"q1:{chain.joints + 1}", real=True)
-    record = Recorder()
+    chain = SymbolicChain.of(chain)
+    chain.require_numbers()
+    q, record = joint_values(chain), Recorder()
     links = _links(record, chain, q)
     points = [_moved(record, T, point) for T, point in zip(links, chain.points, strict=True)]
     tool = _moved(record, links[-1], chain.tool)
@@ -89,9 +88,9 @@ def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
             columns.append([*axis, *[S.Zero] * 3])
         else:
             arm = [record(p - c) for p, c in zip(tool, points[i], strict=True)]
-            columns.append([*record.all(_cross(axis, arm)), *axis])
+            columns.append([*record.all(cross(axis, arm)), *axis])
     about_origin = [
-        [*record.all(v + x for v, x in zip(column[:3], _cross(tool, column[3:]), strict=True)), *column[3:]]
+        [*record.all(v + x for v, x in zip(column[:3], cross(tool, column[3:]), strict=True)), *column[3:]]
         for column in columns
     ]
     in_tool = [
@@ -172,7 +171,7 @@ def _links(record: Recorder, chain: SymbolicChain, q: Sequence[Symbol]) -> list[
                 record(p + record(dot(row, axis)) * value) for p, row in zip(shift, rotation, strict=True)
             ]
         else:
-            turn = _rotation(record, axis, value)
+            turn = joint_rotation(record, axis, value)
             rotation = [[record(dot(row, column)) for column in zip(*turn, strict=True)] for row in rotation]
             # The point of the axis stays where it was.
             fixed = _moved(record, before, point)
@@ -181,23 +180,5 @@ def _links(record: Recorder, chain: SymbolicChain, q: Sequence[Symbol]) -> list[
     return links
 
 
-def _rotation(record: Recorder, axis: Sequence[Expr], angle: Expr) -> Matrix:
-    """Rodrigues' formula; Murray, Li & Sastry (1994), Eq. 2.14."""
-    x, y, z = axis
-    sine, cosine = record(sympy.sin(angle)), record(sympy.cos(angle))
-    across = [[S.Zero, -z, y], [z, S.Zero, -x], [-y, x, S.Zero]]
-    return [
-        record.all(
-            int(i == j) * cosine + axis[i] * axis[j] * (1 - cosine) + sine * across[i][j] for j in range(3)
-        )
-        for i in range(3)
-    ]
-
-
 def _moved(record: Recorder, T: _Displacement, point: Sequence[Expr]) -> list[Expr]:
     return [record(record(dot(row, point)) + p) for row, p in zip(T.rotation, T.shift, strict=True)]
-
-
-def _cross(a: Sequence[Expr], b: Sequence[Expr]) -> list[Expr]:
-    (ax, ay, az), (bx, by, bz) = a, b
-    return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]

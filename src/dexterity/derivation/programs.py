@@ -337,9 +337,7 @@ def derive(chain: Chain | SymbolicChain, index: Index) -> Derivation:
     """
     if not isinstance(index, Index):
         raise TypeError(f"index is {index!r}; an Index is needed, such as Index('manipulability')")
-    if not isinstance(chain, Chain | SymbolicChain):
-        raise TypeError(f"chain is {chain!r}; a Chain is needed")
-    chain = chain if isinstance(chain, SymbolicChain) else SymbolicChain.from_chain(chain)
+    chain = SymbolicChain.of(chain)
     weights = index.column_weights(chain.rates)
 
     everywhere = range(chain.joints + 1)

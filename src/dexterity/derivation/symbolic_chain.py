@@ -65,6 +65,21 @@ class SymbolicChain:
     inertias: tuple[object, ...] | None = None
 
     @classmethod
+    def of(cls, chain: Chain | SymbolicChain) -> SymbolicChain:
+        """Take a chain of numbers or of symbols.
+
+        Raises
+        ------
+        TypeError
+            If it is neither.
+        """
+        if isinstance(chain, SymbolicChain):
+            return chain
+        if not isinstance(chain, Chain):
+            raise TypeError(f"chain is {chain!r}; a Chain is needed")
+        return cls.from_chain(chain)
+
+    @classmethod
     def from_chain(cls, chain: Chain) -> SymbolicChain:
         """Take a chain of numbers; a number within rounding of an integer becomes that integer."""
         return cls._from_parts(chain, exact(chain.screws.numpy()), exact(chain.home.numpy()))

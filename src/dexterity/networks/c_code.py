@@ -15,8 +15,6 @@ True
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
 import math
 from collections.abc import Callable, Sequence
 
@@ -24,7 +22,7 @@ import numpy as np
 import torch
 
 from dexterity.codegen.angles import needs_values, with_angles_apart
-from dexterity.codegen.c_file import NOT_FINITE, CFile, Precision, commented, table
+from dexterity.codegen.c_file import CFile, Precision, table
 from dexterity.codegen.printing import number
 from dexterity.networks.folding import (
     EIGENVALUE,
@@ -86,17 +84,8 @@ def parts(
         tolerance=1e-9 if precision == "double" else 1e-3,
         **file.patterns(),
     )
-    header = file.fill(
-        "header.h.in",
-        heading=commented(heading(network)),
-        joints=view.joints,
-        version=importlib.metadata.version("dexterity-study"),
-        sha256=hashlib.sha256(answer.encode()).hexdigest(),
-        not_finite=NOT_FINITE,
-        more_errors="",
-        functions=file.fill("network_functions.h.in", joints=view.joints),
-    )
-    return file, header, code
+    functions = file.fill("network_functions.h.in", joints=view.joints)
+    return file, file.header(heading(network), view.joints, answer, functions), code
 
 
 def _references(network: Network) -> tuple[Array, Array]:

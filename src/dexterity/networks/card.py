@@ -191,13 +191,8 @@ def index_entry(index: Index) -> dict[str, Any]:
 
 def plain(value: Any) -> dict[str, Any]:
     """Return the fields of a dataclass in what JSON can say: tuples become lists, at any depth."""
-    return {name: _listed(item) for name, item in dataclasses.asdict(value).items()}
-
-
-def _listed(item: Any) -> Any:
-    if isinstance(item, Mapping):
-        return {key: _listed(value) for key, value in item.items()}
-    return [_listed(value) for value in item] if isinstance(item, list | tuple) else item
+    fields: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(value)))
+    return fields
 
 
 def _tupled(item: Any) -> Any:

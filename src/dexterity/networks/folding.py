@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from sympy import Expr, Symbol
 
 from dexterity.derivation import exact
+from dexterity.derivation.symbolic_chain import cross
 from dexterity.elimination import dot
 from dexterity.networks.feed_forward import FeedForward, Readout
 from dexterity.networks.network import Network, View
@@ -148,19 +149,15 @@ def _moved_back(
     """Coordinates of a point after the inverse motion of a joint (Rodrigues, about a point of its axis)."""
     if not any(axis):
         return record.all(x - v * joint for x, v in zip(point, linear, strict=True))
-    foot, pitch = _cross(axis, linear), dot(axis, linear)
+    foot, pitch = cross(axis, linear), dot(axis, linear)
     arm = record.all(x - p for x, p in zip(point, foot, strict=True))
     along = record(dot(axis, arm))
     across = record.all(a - w * along for a, w in zip(arm, axis, strict=True))
-    aside = record.all(_cross(axis, across))
+    aside = record.all(cross(axis, across))
     sine, cosine, shift = record(sympy.sin(joint)), record(sympy.cos(joint)), record(along - pitch * joint)
     return record.all(
         p + w * shift + cosine * a - sine * b for p, w, a, b in zip(foot, axis, across, aside, strict=True)
     )
-
-
-def _cross(a: list[Expr], b: list[Expr]) -> list[Expr]:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def _sigmoids(network: FeedForward) -> Sigmoids:

@@ -189,9 +189,7 @@ def _slices(
         u = place.repeat(POINTS, 1)
         u[:, k] = torch.linspace(0, 1, POINTS, dtype=torch.float64)
         q = space.from_unit(u)
-        with torch.no_grad():
-            data = DataSet(q, torch.as_tensor(exact(q)))
-            answers = network(q)
+        data, answers = DataSet.of(exact, q, "exact"), DataSet.of(network, q, "network")
         low, high = _range(space, k)
         lines.append({
             "joint": names[k],
@@ -199,7 +197,7 @@ def _slices(
             "to": high,
             "worst": low + (high - low) * float(place[k]),
             "exact": _digits(data.values),
-            "network": _digits(answers),
+            "network": _digits(answers.values),
         })  # fmt: skip
     return lines
 

@@ -24,7 +24,6 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
-import torch
 
 from dexterity import checks, sampling
 from dexterity.networks import train
@@ -238,8 +237,8 @@ def _keeps(candidate: Candidate, goal: float) -> bool:
 def _in_turn(task: Task, effort: Effort, report: Report | None) -> Iterator[Candidate]:
     train_seed, validation_seed, search_seed = _seeds(effort.seed, 3)
     q = sampling.sobol(task.space, effort.rows, train_seed, effort.overhang)
-    rows = _evaluated(task, q)
-    validation = _evaluated(task, sampling.sobol(task.space, effort.validation, validation_seed))
+    rows = DataSet.of(task.exact, q)
+    validation = DataSet.of(task.exact, sampling.sobol(task.space, effort.validation, validation_seed))
     readouts: Sequence[Readout] = effort.readouts or _fitting(task, rows, validation)
     done, most = 0, len(effort.sizes) * len(readouts)
     for neurons in effort.sizes:
@@ -303,11 +302,6 @@ def _fitting(task: Task, *sets: DataSet) -> tuple[Readout, ...]:
     if task.scale is not None or min(float(data.values.min()) for data in sets) <= 0:
         return ("identity",)
     return ("identity", "logarithm", "cone", "triple")
-
-
-def _evaluated(task: Task, q: torch.Tensor) -> DataSet:
-    with torch.no_grad():
-        return DataSet(q, task.exact(q))
 
 
 def _seeds(*numbers: int) -> list[int]:

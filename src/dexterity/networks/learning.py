@@ -322,8 +322,7 @@ def _compared(
 ) -> tuple[Card, Literal["network", "exact"]]:
     """Judge a network, compare it with fits and the exact code, and return its card and the better answer."""
     q = sampling.sobol(task.space, effort.rows, effort.seed, effort.overhang)
-    with torch.no_grad():
-        rows = DataSet(q, torch.as_tensor(task.exact(q)))
+    rows = DataSet.of(task.exact, q)
     card = describe(
         network, task.exact, task.space, about, seed=seed, count=points, search=search, scale=task.scale,
         baselines=comparison.fits(task.view, rows, task.scale),

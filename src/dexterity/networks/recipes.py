@@ -112,7 +112,7 @@ def prepare(
     """
     with one_thread():
         q = sampling.sobol(space, recipe.rows, rows_seed, recipe.overhang)
-        data = DataSet(q, index(q))
+        data = DataSet.of(index, q, "index")
         trainings = train.for_seeds(
             view,
             recipe.neurons,

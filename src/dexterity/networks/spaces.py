@@ -11,6 +11,7 @@ Box(lower=(-1.0, 0.0), upper=(1.0, 0.0), levels=(None,))
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -29,8 +30,7 @@ def to_card(space: Space) -> dict[str, Any]:
     """
     if not isinstance(space, Box | TaskSector):
         raise TypeError(f"space is a {type(space).__name__}; Box and TaskSector can stand on a card")
-    fields = {name: _listed(item) for name, item in dataclasses.asdict(space).items()}
-    return {"kind": type(space).__name__, **fields}
+    return {"kind": type(space).__name__, **json.loads(json.dumps(dataclasses.asdict(space)))}
 
 
 def from_card(entry: Mapping[str, Any]) -> Box | TaskSector:
@@ -60,9 +60,3 @@ def _sector(rest: Mapping[str, Any], **fields: Any) -> TaskSector:
 
 
 _KINDS: Mapping[str, Callable[..., Box | TaskSector]] = {"Box": Box, "TaskSector": _sector}
-
-
-def _listed(item: Any) -> Any:
-    if isinstance(item, Mapping):
-        return {key: _listed(value) for key, value in item.items()}
-    return [_listed(value) for value in item] if isinstance(item, list | tuple) else item

@@ -122,7 +122,7 @@ def worst_case(
     u, looked_at = _starts(f, index, space, search, seed, scale)
     climbed = climb(f, index, space, u, search.steps, scale)
     ends = space.from_unit(torch.cat([u[:1], climbed]))
-    data = _data(index, ends)
+    data = DataSet.of(index, ends, "index")
     errors = relative_errors(f, data, scale).abs()
     best = int(errors.argmax())
     with torch.no_grad():
@@ -155,7 +155,7 @@ def worst_points(
     At most `search.starts` configurations with the values of the index; climbs may end in one place.
     """
     u, _ = _starts(f, index, space, search, seed, scale)
-    return _data(index, space.from_unit(climb(f, index, space, u, search.steps, scale)))
+    return DataSet.of(index, space.from_unit(climb(f, index, space, u, search.steps, scale)), "index")
 
 
 def climb(
@@ -198,18 +198,13 @@ def _starts(
 ) -> tuple[Tensor, int]:
     """Points of the unit cube with the largest errors, largest first, and how many were looked at."""
     u = torch.cat([_samples(space, search, seed), ascent.corners(space.dimensions, search.corners, seed)])
-    errors = relative_errors(f, _data(index, space.from_unit(u)), scale).abs()
+    errors = relative_errors(f, DataSet.of(index, space.from_unit(u), "index"), scale).abs()
     return u[errors.argsort(descending=True, stable=True)[: search.starts]], len(u)
 
 
 def _samples(space: Space, search: Search, seed: int) -> Tensor:
     # The way back from the space may leave the cube by a rounding error.
     return space.to_unit(sampling.sobol(space, search.samples, seed)).clamp(0, 1)
-
-
-def _data(index: Function, q: Tensor) -> DataSet:
-    with torch.no_grad():
-        return DataSet(q, spatial.to_float64(index(q), "index(q)"))
 
 
 def _height_and_slope(

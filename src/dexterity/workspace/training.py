@@ -18,6 +18,7 @@ Examples
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -463,7 +464,8 @@ class _Run:
         theirs = header.get("run")
         if not isinstance(theirs, dict):
             raise ArchiveError(f"{os.fspath(path)} does not say of which run it is")
-        if other := [name for name, value in self.key.items() if theirs.get(name) != _plain(value)]:
+        own = json.loads(json.dumps(self.key))  # as a header gives it back, with lists for tuples
+        if other := [name for name, value in own.items() if theirs.get(name) != value]:
             raise ArchiveError(
                 f"{os.fspath(path)} is the checkpoint of another run: its {', '.join(other)} differ; "
                 "give each run a file of its own"
@@ -477,17 +479,6 @@ _KIND = "training"
 def _below(prefix: str, tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
     start = f"{prefix}/"
     return {name.removeprefix(start): part for name, part in tensors.items() if name.startswith(start)}
-
-
-def _plain(value: Any) -> Any:
-    """Return what JSON makes of a value: lists for tuples."""
-    if isinstance(value, Mapping):
-        return {name: _plain(part) for name, part in value.items()}
-    return (
-        [_plain(part) for part in value]
-        if isinstance(value, Sequence) and not isinstance(value, str)
-        else value
-    )
 
 
 def _split(rows: Rows, validation: float) -> tuple[Rows, Rows]:
