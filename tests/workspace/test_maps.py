@@ -74,7 +74,7 @@ def test_with_limits_or_a_tool_they_are_not(answer):
 
 @pytest.mark.parametrize("T_flange_tool", [None, TOOL], ids=["no tool", "tool"])
 def test_two_exact_answers_agree_with_limits(T_flange_tool):
-    arm = PUMA if T_flange_tool is None else maps.with_tool(PUMA, T_flange_tool)
+    arm = PUMA if T_flange_tool is None else PUMA.with_tool(T_flange_tool)
     by_branches = maps.survey(ByBranches(arm), Grid.cube(0.5, 4), SOME, maps.around(SOME, DOWN, 1.0))
     closed = maps.survey(
         limited(T_flange_tool=T_flange_tool), Grid.cube(0.5, 4), SOME, maps.around(SOME, DOWN, 1.0)
@@ -166,12 +166,6 @@ def test_a_cone_holds_its_share_of_the_orientations():
     assert maps.around(R, DOWN, math.pi).all()
 
 
-def test_a_tool_moves_the_tool():
-    q = torch.linspace(-1, 1, 6, dtype=torch.float64)
-    assert_close(maps.with_tool(PUMA, TOOL).forward(q), PUMA.forward(q) @ TOOL, rtol=0, atol=1e-14)
-    assert torch.equal(maps.with_tool(PUMA, TOOL).lower, PUMA.lower)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -191,8 +185,11 @@ def test_a_tool_moves_the_tool():
         (lambda: ByClosedForm((0.1, 0.2, 0.3)), r"links has shape \(3,\)"),
         (lambda: ByClosedForm((0.1, 0.2, 0.3, -0.1)), "links holds -0.1"),
         (lambda: ByClosedForm(LINKS, lower=[1.0] * 6, upper=[0.0] * 6), "lower"),
+        (
+            lambda: ByClosedForm(LINKS, T_flange_tool=torch.eye(4).expand(2, 4, 4)),
+            r"T_flange_tool has shape \(2, 4, 4\)",
+        ),
         (lambda: ByNetwork(TrueNetwork(), [LINKS, LINKS]), r"links has shape \(2, 4\)"),
-        (lambda: maps.with_tool(PUMA, torch.eye(4).expand(2, 4, 4)), r"T_flange_tool has shape \(2, 4, 4\)"),
         (lambda: maps.in_training_range([0.1] * 3, [0.0] * 3), r"links has shape \(3,\)"),
     ],
 )

@@ -115,11 +115,7 @@ def training_set(crane: Crane | None = None) -> TrainingSet:
     Rouvinen (1999), section 3.3 and Table 4.1 there.
     """
     crane = given_crane(crane)
-    steps = [
-        torch.linspace(low, high, n, dtype=torch.float64)
-        for low, high, n in zip(crane.lower, crane.upper, _STROKE_VALUES, strict=True)
-    ]
-    strokes = torch.cartesian_prod(*steps)
+    strokes = torch.cartesian_prod(*crane.stroke_values(_STROKE_VALUES))
     rigid = tip_position(strokes, crane)
     strokes, rigid = strokes[rigid[:, 0] >= 0], rigid[rigid[:, 0] >= 0]
     response = load_response(strokes, crane)

@@ -12,10 +12,15 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import torch
+from jaxtyping import Float64
+from torch import Tensor
 
 from dexterity import checks, store
 from dexterity.checks import Check, Instance, Name, Real
@@ -190,6 +195,11 @@ class Crane:
             raise ValueError(
                 f"lower is {self.lower} and upper {self.upper}; each limit must be below its upper one"
             )
+
+    def stroke_values(self, counts: Sequence[int]) -> list[Float64[Tensor, " count"]]:
+        """Return so many values of each stroke, evenly spaced from its lower to its upper limit [m]."""
+        limits = zip(self.lower, self.upper, counts, strict=True)
+        return [torch.linspace(low, high, count, dtype=torch.float64) for low, high, count in limits]
 
 
 @lru_cache(maxsize=1)

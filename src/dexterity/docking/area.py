@@ -27,6 +27,8 @@ from dexterity.chain import Chain
 from dexterity.docking.elbow import ElbowArm
 from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
+from dexterity.spatial.poses import assemble
+from dexterity.spatial.rotations import rotation_of_rpy
 
 __all__ = [
     "TOOL_AHEAD",
@@ -133,17 +135,8 @@ def base_pose(pose: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
         If the last axis is neither 4 nor 6, or a number is not finite.
     """
     pose = _poses(pose)
-    zero = torch.zeros_like(pose[..., 0])
-    roll, pitch = (pose[..., 3], pose[..., 4]) if pose.shape[-1] == 6 else (zero, zero)
-    (cr, sr), (cp, sp), (cy, sy) = ((angle.cos(), angle.sin()) for angle in (roll, pitch, pose[..., -1]))
-    x, y, z = pose[..., :3].unbind(-1)
-    rows = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, x],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, y],
-        [-sp, cp * sr, cp * cr, z],
-        [zero, zero, zero, torch.ones_like(zero)],
-    ]
-    return torch.stack([torch.stack(row, dim=-1) for row in rows], dim=-2)
+    angles = pose[..., 3:] if pose.shape[-1] == 6 else torch.nn.functional.pad(pose[..., 3:], (2, 0))
+    return assemble(rotation_of_rpy(angles), pose[..., :3])
 
 
 def on_base(arm: Chain, pose: TensorLike) -> Chain:

@@ -27,12 +27,11 @@ import torch
 from torch import Tensor
 
 from dexterity.chain import Chain
-from dexterity.spatial.tolerances import LIMIT
+from dexterity.inverse_kinematics.turns import angles_within
 
 __all__ = ["ElbowArm"]
 
 _TOLERANCE = 1e-12
-_ROUNDING = 4e-15  # of the sum of two products of cosines and sines
 _DIRECTIONS = [[0, 0, 1], [0, -1, 0], [0, -1, 0], [1, 0, 0], [0, -1, 0], [1, 0, 0]]
 
 
@@ -121,12 +120,7 @@ class ElbowArm:
 
     def _within(self, joint: int, cosine: Tensor, sine: Tensor) -> Tensor:
         """Whether an angle, by its cosine and sine, is between the limits of a joint."""
-        lower, upper = self.lower[joint], self.upper[joint]
-        middle, half = (lower + upper) / 2, (upper - lower) / 2
-        if not half < math.pi:
-            return torch.ones_like(cosine, dtype=torch.bool)
-        end = math.cos(min(half + LIMIT, math.pi)) - _ROUNDING
-        return cosine * math.cos(middle) + sine * math.sin(middle) >= end
+        return angles_within(cosine, sine, (self.lower[joint], self.upper[joint]))
 
 
 def _wrist_is_free(arm: Chain) -> bool:

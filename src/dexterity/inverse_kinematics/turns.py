@@ -57,6 +57,25 @@ def within_limits(chain: Chain, q: TensorLike, limit_tolerance: float = LIMIT) -
     return ((q >= lower) & (q <= upper)).all(-1)
 
 
+def angles_within(
+    cosine: Tensor, sine: Tensor, limits: tuple[float, float], limit_tolerance: float = LIMIT
+) -> Bool[Tensor, "*batch"]:
+    """Tell which angles, by their cosines and sines (...), are within limits [rad], full turns left out.
+
+    They are compared through the cosine of their distance from the middle of the limits, which needs no arc
+    tangent; limits that hold a joint are met to 1e-7 at best.
+    """
+    lower, upper = limits
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    if not half < math.pi:
+        return torch.ones_like(cosine, dtype=torch.bool)
+    end = math.cos(min(half + limit_tolerance, math.pi)) - _ROUNDING
+    return cosine * math.cos(middle) + sine * math.sin(middle) >= end
+
+
+_ROUNDING = 4e-15  # of the sum of two products of cosines and sines
+
+
 def nearest_copy(
     chain: Chain, q: TensorLike, near: TensorLike | None = None, limit_tolerance: float = LIMIT
 ) -> tuple[Float64[Tensor, "*batch n"], Bool[Tensor, "*batch"]]:

@@ -90,8 +90,7 @@ def _directions(size: int, generator: torch.Generator) -> Tensor:
 
 
 def _best_of(coordinates: Tensor, near: Tensor, value: Values, placed: Placements) -> Placement:
-    bases = spatial.from_rpy(coordinates[:, 3:])
-    bases[:, :3, 3] = coordinates[:, :3]
+    bases = spatial.from_rpy(coordinates[:, 3:], coordinates[:, :3])
     values, q = value(bases, near)
     scores = score(values, placed.by, placed.larger_is_better)
     at = int((scores if placed.larger_is_better else -scores).nan_to_num(nan=-math.inf).argmax())

@@ -121,14 +121,18 @@ def from_rpy(angles: TensorLike, translation: TensorLike = (0.0, 0.0, 0.0)) -> F
     ValueError
         If a shape does not fit or something is not finite.
     """
-    angles = batch_of(angles, "angles", (3,))
+    return poses.pose(rotation_of_rpy(batch_of(angles, "angles", (3,))), translation)
+
+
+def rotation_of_rpy(angles: Float64[Tensor, "*batch 3"]) -> Float64[Tensor, "*batch 3 3"]:
+    """Rotation of :func:`from_rpy`, of angles that were checked before."""
     (cr, cp, cy), (sr, sp, sy) = angles.cos().unbind(-1), angles.sin().unbind(-1)
     entries = [
         cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
         sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
         -sp, cp * sr, cp * cr,
     ]  # fmt: skip
-    return poses.pose(torch.stack(entries, dim=-1).unflatten(-1, (3, 3)), translation)
+    return torch.stack(entries, dim=-1).unflatten(-1, (3, 3))
 
 
 def rpy(T: TensorLike) -> Float64[Tensor, "*batch 3"]:

@@ -41,6 +41,7 @@ __all__ = [
     "COLUMNS",
     "CONSTANT_COLUMNS",
     "CSV_SETS",
+    "HALF_SIDE",
     "KINEMATIC_COLUMNS",
     "LARGEST_LENGTH",
     "RANGES",
@@ -61,7 +62,9 @@ Array: TypeAlias = NDArray[np.float64]
 LARGEST_LENGTH = 0.5
 """Up to where d₃, d₄, a₂ and a₃ are drawn, [m]."""
 
-_HALF_SIDE = 0.4  # [m]
+HALF_SIDE = 0.4
+"""Half the side of the cube about the base in which positions are drawn, [m]."""
+
 _CHUNK = 50_000
 _IN_VAIN = 20_000  # poses in a row of which none is kept, after which none will be
 
@@ -330,7 +333,7 @@ def _manipulators(
 
 
 def _poses(count: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
-    return _HALF_SIDE * (2 * _uniform(random, count, 3) - 1), math.tau * _uniform(random, count, 3)
+    return HALF_SIDE * (2 * _uniform(random, count, 3) - 1), math.tau * _uniform(random, count, 3)
 
 
 def _uniform(random: torch.Generator, *shape: int) -> Tensor:

@@ -39,11 +39,12 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
+from dexterity.inverse_kinematics.turns import angles_within
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
 from dexterity.workspace.closed_form import in_torch
 from dexterity.workspace.compiled import in_c
-from dexterity.workspace.dataset import LARGEST_LENGTH
+from dexterity.workspace.dataset import HALF_SIDE, LARGEST_LENGTH
 from dexterity.workspace.reachability import NAMED_BRANCH, Branch, arm, one_arm, reachable
 
 __all__ = [
@@ -65,7 +66,7 @@ __all__ = [
     "survey",
 ]
 
-TRAINED_HALF_SIDE = 0.4
+TRAINED_HALF_SIDE = HALF_SIDE
 """Half the side of the cube of positions that networks are trained on, [m]."""
 
 POSES_AT_ONCE = 2**15
@@ -191,8 +192,10 @@ class ByClosedForm:
         checks.choice(backend, "backend", _BACKENDS)
         self._tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0.0)
         free = arm(self._links)
-        limited = Chain(free.screws, free.home, lower=lower, upper=upper)
-        self._limits = _limits(limited)
+        limited = free.with_limits(lower=lower, upper=upper)
+        pairs = enumerate(zip(limited.lower.tolist(), limited.upper.tolist(), strict=True))
+        # Joints that can turn all the way round fit always.
+        self._limits = {joint: limits for joint, limits in pairs if limits[1] - limits[0] < math.tau}
         self._to_flange = None if T_flange_tool is None else spatial.inverse(_one_pose(T_flange_tool))
         names = ("cosines", "sines", "manipulability") if self._limits else ("manipulability",)
         # Without limits a flip of the wrist changes nothing.
@@ -223,21 +226,10 @@ class ByClosedForm:
 
     def _within_limits(self, values: Tensor) -> Tensor:
         within = torch.ones(values.shape[:-1], dtype=torch.bool)
-        for joint, middle, half in self._limits:
-            cosine, sine = values[..., joint], values[..., 6 + joint]
-            end = math.cos(min(half + self._tolerance, math.pi)) - _ROUNDING
-            within &= cosine * math.cos(middle) + sine * math.sin(middle) >= end
+        for joint, limits in self._limits.items():
+            within &= angles_within(values[..., joint], values[..., 6 + joint], limits, self._tolerance)
         return within
 
-
-def _limits(arm: Chain) -> list[tuple[int, float, float]]:
-    """Middles and half widths of the joints that cannot turn all the way round: others fit always."""
-    pairs = enumerate(zip(arm.lower.tolist(), arm.upper.tolist(), strict=True))
-    widths = [(joint, (low + high) / 2, (high - low) / 2) for joint, (low, high) in pairs]
-    return [(joint, middle, half) for joint, middle, half in widths if half < math.pi]
-
-
-_ROUNDING = 4e-15  # of the sum of two products of cosines and sines
 
 _BACKENDS = {"torch": in_torch, "c": in_c}
 

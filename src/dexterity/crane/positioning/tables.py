@@ -73,10 +73,7 @@ class TableSag:
                 f"nodes is {nodes}, {math.prod(nodes):,} in all; at most {_MOST_NODES:,} are filled"
             )
         crane = given_crane(crane)
-        axes = [
-            torch.linspace(low, high, count, dtype=torch.float64)
-            for low, high, count in zip(crane.lower, crane.upper, nodes, strict=True)
-        ]
+        axes = crane.stroke_values(nodes)
         response = load_response(torch.stack(torch.meshgrid(*axes, indexing="ij"), dim=-1), crane)
         values = torch.cat([response.own_weight, response.per_kilogram], dim=-1).numpy()
         # A start may be beyond a cylinder's end; the table goes on as it was.
