@@ -156,3 +156,42 @@ def test_nested_and_sparse_tensors_are_refused_by_name():
         for q in tensors:
             with pytest.raises(TypeError, match=r"^q is a"):
                 f(q)
+
+
+@pytest.mark.parametrize("shape", [(), (2,), (3, 4), (4, 3, 3)])
+def test_the_last_axes_are_those_asked_for(shape):
+    with pytest.raises(ValueError, match=r"^points has shape .*; \(\.\.\., 4, 4\) is needed$"):
+        spatial.batch_of(np.zeros(shape), "points", (4, 4))
+    assert spatial.batch_of(np.zeros((*shape, 3)), "points", (3,)).shape == (*shape, 3)
+
+
+def test_batch_axes_that_do_not_broadcast_are_named():
+    assert spatial.common_batch(q=(5, 1), links=(4,)) == (5, 4)
+    with pytest.raises(ValueError, match=r"^a, b and c have batch axes \(2,\) and \(3,\) and \(\), which"):
+        spatial.common_batch(a=(2,), b=(3,), c=())
+
+
+@pytest.mark.parametrize("mode", [torch.inference_mode, torch.no_grad, torch.enable_grad])
+def test_slopes_in_every_mode_of_torch(mode):
+    with mode():
+        x = torch.tensor([[1.0, 2.0], [3.0, 4.0]], dtype=torch.float64)
+        values, slopes = spatial.value_and_gradient(lambda x: x.square().sum(-1), x)
+    assert not values.requires_grad
+    assert_close(values, x.square().sum(-1))
+    assert_close(slopes, 2 * x)
+
+
+def test_what_torch_cannot_differentiate_is_named():
+    x = torch.ones(2, 3, dtype=torch.float64)
+    with pytest.raises(ValueError, match=r"^staircase cannot be differentiated by torch$"):
+        spatial.value_and_gradient(lambda x: x.detach().floor().sum(-1), x, "staircase")
+
+
+def test_a_rotation_is_taken_as_that_of_a_pose():
+    R = spatial.from_rpy([[0.3, 0.4, 0.5], [0.0, 0.0, 0.0]])[:, :3, :3]
+    assert torch.equal(spatial.require_rotation(R, "R"), R)
+    printed = (R * 1e6).round() / 1e6
+    assert float(spatial.rotation_miss(spatial.require_rotation(printed, "R")).max()) < 1e-15
+    for wrong, why in ((-R, "reflection"), (1.1 * R, "orthonormality"), (R[0, 0], r"\(\.\.\., 3, 3\)")):
+        with pytest.raises(ValueError, match=f"^R .*{why}"):
+            spatial.require_rotation(wrong, "R")
