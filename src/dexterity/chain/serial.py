@@ -517,7 +517,7 @@ class Chain(Kinematics):
         TypeError
             If the values are no numbers.
         """
-        given = {"lower": lower, "upper": upper, "rates": rates}
+        given: dict[str, Any] = {"lower": lower, "upper": upper, "rates": rates}
         return self._changed(**{name: values for name, values in given.items() if values is not None})
 
     def _changed(self, *, name: str | None = None, **changes: Any) -> Chain:
