@@ -32,7 +32,7 @@ from dexterity.networks import train
 from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
 from dexterity.networks.growth import RadialBasisOptions
 from dexterity.networks.levenberg_marquardt import Damping, Options, Stop, Training
-from dexterity.networks.problem import DesignProblem, End, Sweep, largest_relative_error
+from dexterity.networks.problem import DesignProblem, End, Sweep, collected, largest_relative_error
 from dexterity.networks.radial_basis_design import RadialBasisDesign, design_radial_basis
 from dexterity.networks.rounding import is_sound
 from dexterity.networks.threads import one_thread
@@ -235,17 +235,8 @@ def design_feed_forward(
     ----------
     Sotiropoulos & Aspragathos (2016), section 3.3, Fig. 6a, Table 3.
     """
-    sizes: list[_Size] = []
-    with tqdm(total=len(options.sizes), unit="size", disable=not progress) as bar:
-        try:
-            for size in _Loop(problem, options, device).sizes():
-                sizes.append(size)
-                bar.update()
-        except KeyboardInterrupt:
-            if not sizes:
-                raise
-            return _design(sizes, End.INTERRUPTED)
-    return _design(sizes, End.EXHAUSTED)
+    found = _Loop(problem, options, device).sizes()
+    return _design(*collected(found, len(options.sizes), "size", progress))
 
 
 def design_all(

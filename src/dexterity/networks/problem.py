@@ -15,13 +15,14 @@ Examples
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar
 
 import torch
 from torch import Tensor
+from tqdm import tqdm
 
 from dexterity.networks.network import View
 from dexterity.sampling import DataSet, DataSets
@@ -71,6 +72,34 @@ class DesignProblem:
         values = self.data.train.values
         if values.min() == values.max():
             raise ValueError(f"train holds one value, {values[0].item()}: there is nothing to learn")
+
+
+_Found = TypeVar("_Found")
+
+
+def collected(found: Iterator[_Found], total: int, unit: str, progress: bool) -> tuple[list[_Found], End]:
+    """Go through what a design loop finds, with a bar on stderr; an interrupt from the keyboard ends it.
+
+    Returns
+    -------
+    What was found, and why the loop ended if nothing of it passes.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If there is nothing so far.
+    """
+    so_far: list[_Found] = []
+    with tqdm(total=total, unit=unit, disable=not progress) as bar:
+        try:
+            for each in found:
+                so_far.append(each)
+                bar.update()
+        except KeyboardInterrupt:
+            if not so_far:
+                raise
+            return so_far, End.INTERRUPTED
+    return so_far, End.EXHAUSTED
 
 
 def largest_relative_error(network: Callable[[Tensor], Tensor], data: DataSet) -> float:

@@ -19,10 +19,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import joblib
-from tqdm import tqdm
 
 from dexterity.networks.growth import Growth, RadialBasisOptions, grow
-from dexterity.networks.problem import DesignProblem, End
+from dexterity.networks.problem import DesignProblem, End, collected
 from dexterity.networks.radial_basis import RadialBasis
 from dexterity.networks.threads import one_thread
 
@@ -96,28 +95,20 @@ def design_radial_basis(
     ----------
     Sotiropoulos & Aspragathos (2016), section 3.4, Fig. 6b, Table 3.
     """
-    growths: list[Growth] = []
-    with tqdm(total=len(options.spreads), unit="spread", disable=not progress) as bar:
-        try:
-            for growth in _in_turn(problem, options, n_jobs):
-                growths.append(growth)
-                bar.update()
-                if growth.success and options.sweep == "first":
-                    break
-        except KeyboardInterrupt:
-            if not growths:
-                raise
-            return _design(problem, options, growths, End.INTERRUPTED)
-    return _design(problem, options, growths, End.EXHAUSTED)
+    growths, end = collected(_in_turn(problem, options, n_jobs), len(options.spreads), "spread", progress)
+    return _design(problem, options, growths, end)
 
 
 def _in_turn(problem: DesignProblem, options: RadialBasisOptions, n_jobs: int) -> Iterator[Growth]:
-    """Growths in the order of the spreads, as many at a time as there are jobs, so that few are in vain."""
+    """Growths in the order of the spreads, as many at a time as there are jobs, up to where the loop ends."""
     at_once = joblib.effective_n_jobs(n_jobs)
     parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
     for start in range(0, len(options.spreads), at_once):
         spreads = options.spreads[start : start + at_once]
-        yield from parallel(joblib.delayed(_grown)(problem, spread, options) for spread in spreads)
+        for growth in parallel(joblib.delayed(_grown)(problem, spread, options) for spread in spreads):
+            yield growth
+            if growth.success and options.sweep == "first":
+                return
 
 
 def _grown(problem: DesignProblem, spread: float, options: RadialBasisOptions) -> Growth:
