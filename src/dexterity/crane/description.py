@@ -255,10 +255,17 @@ def _made(kind: type[Any], entries: Any, where: str) -> Any:
     if entries.keys() != fields:
         raise ValueError(f"{where} holds {sorted(entries)}; {sorted(fields)} are needed")
     values = {
-        name: _made(_TABLES[name], entry, name) if name in _TABLES else entry
+        name: _made(_TABLES[name], entry, name) if name in _TABLES else _numbers(entry)
         for name, entry in entries.items()
     }
     try:
         return kind(**values)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{where}: {error}") from error
+
+
+def _numbers(entry: Any) -> Any:
+    """Lists of a file as tuples, at any depth, and its whole numbers as floats."""
+    if isinstance(entry, list):
+        return tuple(map(_numbers, entry))
+    return float(entry) if type(entry) is int else entry
