@@ -179,7 +179,7 @@ class CFile:
             "infinity_bits": self._pattern(np.inf),
         }
         literals = {name: self._literal(pattern) for name, pattern in patterns.items()}
-        return {"bits": self._format.bits} | literals
+        return {"bits": self._format.bits, **literals}
 
     def _literal(self, pattern: int) -> str:
         return f"UINT{self._format.bits}_C({pattern:#x})"

@@ -265,7 +265,7 @@ def _made(kind: type[Any], entries: Any, where: str) -> Any:
 
 
 def _numbers(entry: Any) -> Any:
-    """Lists of a file as tuples, at any depth, and its whole numbers as floats."""
+    """Turn lists of a file into tuples, at any depth, and whole numbers into floats."""
     if isinstance(entry, list):
         return tuple(map(_numbers, entry))
     return float(entry) if type(entry) is int else entry
