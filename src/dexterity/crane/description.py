@@ -246,26 +246,48 @@ _TABLES: dict[str, type[Any]] = {
     "pillar": Member, "lift": Member, "jib": Member, "extension": Member,
 }  # fmt: skip
 
+_ROWS = {"nodes": 2, "tubes": 3}
+
 
 def _made(kind: type[Any], entries: Any, where: str) -> Any:
     """Make a dataclass of a table that must have its fields and no others."""
     if not isinstance(entries, dict):
         raise ValueError(f"{where} is {checks.shown(entries)}; a table is needed")
-    fields = {field.name for field in dataclasses.fields(kind)}
-    if entries.keys() != fields:
+    fields = {field.name: str(field.type) for field in dataclasses.fields(kind)}
+    if entries.keys() != fields.keys():
         raise ValueError(f"{where} holds {sorted(entries)}; {sorted(fields)} are needed")
-    values = {
-        name: _made(_TABLES[name], entry, name) if name in _TABLES else _numbers(entry)
-        for name, entry in entries.items()
-    }
+    values = {name: _value(name, entries[name], hint, where) for name, hint in fields.items()}
     try:
         return kind(**values)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{where}: {error}") from error
 
 
-def _numbers(entry: Any) -> Any:
-    """Turn lists of a file into tuples, at any depth, and whole numbers into floats."""
-    if isinstance(entry, list):
-        return tuple(map(_numbers, entry))
-    return float(entry) if type(entry) is int else entry
+def _value(name: str, value: Any, hint: str, where: str) -> Any:
+    if name in _TABLES:
+        return _made(_TABLES[name], value, name)
+    label = f"{name} of {where}"
+    if name in _ROWS:
+        if not isinstance(value, list):
+            raise ValueError(f"{label} is {checks.shown(value)}; rows are needed")
+        return tuple(_numbers(row, _ROWS[name], label) for row in value)
+    if hint == "Point" or hint.startswith("tuple"):
+        return _numbers(value, 2 if hint == "Point" else 3, label)
+    if hint == "str":
+        if not isinstance(value, str) or not value.strip():
+            raise ValueError(f"{label} is {checks.shown(value)}; a text is needed")
+        return value
+    return _number(value, label)
+
+
+def _numbers(value: Any, size: int, label: str) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != size:
+        raise ValueError(f"{label} is {checks.shown(value)}; {size} numbers are needed")
+    return tuple(_number(number, label) for number in value)
+
+
+def _number(value: Any, label: str) -> float:
+    try:
+        return checks.real(value, label)
+    except TypeError as error:
+        raise ValueError(str(error)) from error
