@@ -22,7 +22,7 @@ from jaxtyping import Float64
 from torch import Tensor
 
 from dexterity import spatial
-from dexterity.crane.description import Crane, given_crane
+from dexterity.crane.description import Crane, given_crane, stroke_values
 from dexterity.crane.kinematics import tip_position
 from dexterity.crane.structure import load_response
 
@@ -115,7 +115,7 @@ def training_set(crane: Crane | None = None) -> TrainingSet:
     Rouvinen (1999), section 3.3 and Table 4.1 there.
     """
     crane = given_crane(crane)
-    strokes = torch.cartesian_prod(*crane.stroke_values(_STROKE_VALUES))
+    strokes = torch.cartesian_prod(*stroke_values(crane, _STROKE_VALUES))
     rigid = tip_position(strokes, crane)
     strokes, rigid = strokes[rigid[:, 0] >= 0], rigid[rigid[:, 0] >= 0]
     response = load_response(strokes, crane)

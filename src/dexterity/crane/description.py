@@ -196,11 +196,6 @@ class Crane:
                 f"lower is {self.lower} and upper {self.upper}; each limit must be below its upper one"
             )
 
-    def stroke_values(self, counts: Sequence[int]) -> list[Float64[Tensor, " count"]]:
-        """Return so many values of each stroke, evenly spaced from its lower to its upper limit [m]."""
-        limits = zip(self.lower, self.upper, counts, strict=True)
-        return [torch.linspace(low, high, count, dtype=torch.float64) for low, high, count in limits]
-
 
 @lru_cache(maxsize=1)
 def patu655() -> Crane:
@@ -222,6 +217,12 @@ def given_crane(crane: Crane | None, name: str = "crane") -> Crane:
         If it is no crane.
     """
     return patu655() if crane is None else checks.instance(crane, name, Crane)
+
+
+def stroke_values(crane: Crane, counts: Sequence[int]) -> list[Float64[Tensor, " count"]]:
+    """Return so many values of each stroke, evenly spaced from its lower to its upper limit [m]."""
+    limits = zip(crane.lower, crane.upper, counts, strict=True)
+    return [torch.linspace(low, high, count, dtype=torch.float64) for low, high, count in limits]
 
 
 def read_crane(path: Path | str) -> Crane:

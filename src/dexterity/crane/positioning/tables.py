@@ -25,7 +25,7 @@ from scipy.interpolate import RegularGridInterpolator
 from torch import Tensor
 
 from dexterity import checks
-from dexterity.crane.description import Crane, given_crane
+from dexterity.crane.description import Crane, given_crane, stroke_values
 from dexterity.crane.structure import load_response
 
 __all__ = ["TableSag"]
@@ -73,7 +73,7 @@ class TableSag:
                 f"nodes is {nodes}, {math.prod(nodes):,} in all; at most {_MOST_NODES:,} are filled"
             )
         crane = given_crane(crane)
-        axes = crane.stroke_values(nodes)
+        axes = stroke_values(crane, nodes)
         response = load_response(torch.stack(torch.meshgrid(*axes, indexing="ij"), dim=-1), crane)
         values = torch.cat([response.own_weight, response.per_kilogram], dim=-1).numpy()
         # A start may be beyond a cylinder's end; the table goes on as it was.
