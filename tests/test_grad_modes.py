@@ -1,5 +1,7 @@
 """Functions that differentiate inside work without gradients, and poison nothing for later."""
 
+import gc
+
 import pytest
 import torch
 
@@ -39,3 +41,25 @@ def test_functions_that_differentiate_inside_answer_in_every_mode(mode):
     for f in (speed, lambda q: puma.forward(q).sum(), lambda q: network(torch.cat([q, q]))):
         (slope,) = torch.autograd.grad(f(q), q)
         assert slope.isfinite().all()
+
+
+def test_nothing_that_is_kept_is_of_the_mode_in_which_it_was_made():
+    """Tensors of inference mode would break differentiation until the process ends."""
+    earlier = {
+        id(each) for each in gc.get_objects() if isinstance(each, torch.Tensor) and each.is_inference()
+    }
+    with torch.inference_mode():
+        problem = dx.docking.DockingProblem(dx.robots.load("docking_arm"))
+        pose = (problem.lower + problem.upper) / 2
+        problem.allows(pose)
+        problem.fitness(pose)
+        dx.reach.rotations(24)
+        arm = dx.robots.load("ur5e")
+        dx.inverse_kinematics.solve(arm, arm.forward([0.1] * 6))
+        dx.crane.structure.Assembly.of(dx.crane.patu655())
+        panda = dx.robots.load("panda")
+        dx.inverse_kinematics.solve(panda, panda.forward(PANDA), seeds=4)
+    del pose
+    gc.collect()
+    kept = [each for each in gc.get_objects() if isinstance(each, torch.Tensor) and each.is_inference()]
+    assert not [tuple(each.shape) for each in kept if id(each) not in earlier]

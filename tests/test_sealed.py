@@ -72,6 +72,7 @@ def test_another_kind_is_refused_by_name():
         sealed.unpacked(CONTENT, "network")
 
 
+HEADS = (b"{'descr':", b"(((((((\n", b"  x\n y  ", b"'''     ")
 BOMB = by_hand({"header.npy": text("{}"), "x.npy": npy(np.zeros(10**6))}, zipfile.ZIP_DEFLATED)
 HUGE = npy(np.zeros(1)).replace(b"(1,)", b"(10000000000000,)", 1).replace(b" " * 17, b" " * 4, 1)
 
@@ -83,12 +84,23 @@ HUGE = npy(np.zeros(1)).replace(b"(1,)", b"(10000000000000,)", 1).replace(b" " *
         (by_hand({"header.npy": text("null")}), "its header is a NoneType"),
         (by_hand({"header.npy": text("[" * 200_000)}), "recursion|Expecting"),
         (by_hand({"header.npy": b"no array"}), "magic string"),
+        *((by_hand({"header.npy": b"\x93NUMPY\x01\0\x08\0" + head}), "cannot be read") for head in HEADS),
         (by_hand({"x.npy": npy(np.zeros(3))}), "header"),
         (BOMB, "is compressed"),
         (by_hand({"header.npy": text("{}"), "x.npy": HUGE}), "does not hold what its shape says|header"),
         (by_hand({"header.npy": text("{}"), "x.npy": npy(np.zeros(3))[:-8]}), "does not hold what its shape"),
     ],
-    ids=["list", "null", "nested", "no array", "no header", "deflated", "huge", "short"],
+    ids=[
+        "list",
+        "null",
+        "nested",
+        "no array",
+        *(f"head {i}" for i in range(4)),
+        "no header",
+        "deflated",
+        "huge",
+        "short",
+    ],
 )
 def test_a_right_checksum_does_not_make_a_file_good(content, message):
     with pytest.raises(sealed.SealedFileError, match=message):

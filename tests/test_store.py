@@ -253,7 +253,66 @@ def test_toml_that_cannot_be_read_is_named(tmp_path, content):
 def test_toml_may_have_a_byte_order_mark_and_must_be_a_file(tmp_path):
     (tmp_path / "robot.toml").write_text('a = "π"', encoding="utf-8-sig")
     assert store.read_toml(tmp_path / "robot.toml") == {"a": "π"}
-    with pytest.raises(ValueError, match="is no file"):
+    with pytest.raises(ValueError, match="is no plain file"):
         store.read_toml(tmp_path)
     with pytest.raises(FileNotFoundError):
         store.read_toml(tmp_path / "none.toml")
+
+
+def test_what_is_no_plain_file_is_refused_by_name(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "large").write_bytes(b"12345")
+    for path, message in (
+        (tmp_path, "no plain file"),
+        (tmp_path / "pipe", "no plain file"),
+        ("a\0b", "names no"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            store.read_bytes(path)
+    with pytest.raises(ValueError, match="has 5 bytes; at most 4"):
+        store.read_bytes(tmp_path / "large", largest=4)
+    assert store.read_bytes(tmp_path / "large", largest=5) == b"12345"
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace", "folder"])
+def test_a_set_that_cannot_be_written_leaves_the_older_one_or_is_noticed(tmp_path, monkeypatch, step):
+    store.write_set(tmp_path, "x.sha256", {"a": "old", "b": "old"})
+    calls = itertools.count()
+
+    def fail_at_the_second(original):
+        def call(*arguments):
+            if next(calls):
+                raise OSError("disk full")
+            return original(*arguments)
+
+        return call
+
+    if step == "folder":
+        (tmp_path / "c").mkdir()
+    else:
+        owner = os if step == "fsync" else Path
+        monkeypatch.setattr(owner, step, fail_at_the_second(getattr(owner, step)))
+    with pytest.raises(OSError, match=r"disk full|is a folder"):
+        store.write_set(tmp_path, "x.sha256", {"a": "new", "b": "new", "c": "new"})
+    monkeypatch.undo()
+    assert not list(tmp_path.glob(".*.tmp"))
+    if step == "replace":
+        with pytest.raises(FileNotFoundError):
+            store.read_set(tmp_path, "x.sha256")
+    else:
+        assert store.read_set(tmp_path, "x.sha256") == {"a": b"old", "b": b"old"}
+
+
+@pytest.mark.parametrize("name", ["../x", "a/b", "/etc/x", "", ".."])
+def test_no_file_of_a_set_leaves_its_folder(tmp_path, name):
+    with pytest.raises(ValueError, match="is no name of a file in the folder"):
+        store.write_set(tmp_path / "set", "x.sha256", {name: "x"})
+
+
+@pytest.mark.parametrize(
+    "listed", [b"\xff\xfe", b"abc", b"0  ../x", b"0  "], ids=["bytes", "word", "path", "none"]
+)
+def test_a_list_of_checksums_that_is_none_is_refused(tmp_path, listed):
+    (tmp_path / "x.sha256").write_bytes(listed)
+    with pytest.raises(ValueError, match="is no list of checksums"):
+        store.read_set(tmp_path, "x.sha256")

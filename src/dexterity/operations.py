@@ -18,15 +18,15 @@ Operations(additions=64, multiplications=88)
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import sympy
 from sympy import Expr, Symbol
 
-from dexterity import elimination
+from dexterity import checks, elimination
 from dexterity.elimination import Matrix
 from dexterity.program import Program, Recorder
 
@@ -144,9 +144,10 @@ def feed_forward(inputs: int, neurons: int, form: FeedForwardForm = "printed") -
     Raises
     ------
     ValueError
-        If a number is not positive or the form is unknown.
+        If a number is not positive or above 10 000, or the form is unknown.
     """
-    _require_positive(inputs=inputs, neurons=neurons)
+    checks.choice(form, "form", get_args(FeedForwardForm))
+    inputs, neurons = _sizes(inputs, neurons)
     gamma, E, e = sympy.symbols("γ E e", real=True)
     argument = elimination.dot(_symbols("W", inputs), _symbols("x", inputs)) + Symbol("b")
     grow, shrink = sympy.exp(gamma), sympy.exp(-gamma)
@@ -154,10 +155,8 @@ def feed_forward(inputs: int, neurons: int, form: FeedForwardForm = "printed") -
         neuron, hidden = [argument, (grow - shrink) / (grow + shrink)], _symbols("X", neurons)
     elif form == "shared":
         neuron, hidden = [argument, grow, shrink, (E - e) / (E + e)], _symbols("X", neurons)
-    elif form == "folded":
-        neuron, hidden = [argument, grow], [1 / (E + 1) for E in _symbols("E", neurons)]
     else:
-        raise ValueError(f"form is {form!r}; printed, shared and folded are known")
+        neuron, hidden = [argument, grow], [1 / (E + 1) for E in _symbols("E", neurons)]
     return neurons * count(neuron) + count([_output(hidden)])
 
 
@@ -179,9 +178,10 @@ def radial_basis(inputs: int, neurons: int, form: RadialBasisForm = "norm") -> O
     Raises
     ------
     ValueError
-        If a number is not positive or the form is unknown.
+        If a number is not positive or above 10 000, or the form is unknown.
     """
-    _require_positive(inputs=inputs, neurons=neurons)
+    checks.choice(form, "form", get_args(RadialBasisForm))
+    inputs, neurons = _sizes(inputs, neurons)
     differences = [a - b for a, b in zip(_symbols("x", inputs), _symbols("W", inputs), strict=True)]
     parts, bias, gamma = _symbols("d", inputs), Symbol("b", real=True), Symbol("γ", real=True)
     squares = sympy.Add(*(part**2 for part in parts))
@@ -189,11 +189,17 @@ def radial_basis(inputs: int, neurons: int, form: RadialBasisForm = "norm") -> O
         neuron = [sympy.Add(*parts) * bias, sympy.exp(-(gamma**2))]
     elif form == "norm":
         neuron = [sympy.sqrt(squares) * bias, sympy.exp(-(gamma**2))]
-    elif form == "shared":
-        neuron = [squares * bias, sympy.exp(-gamma)]
     else:
-        raise ValueError(f"form is {form!r}; printed, norm and shared are known")
+        neuron = [squares * bias, sympy.exp(-gamma)]
     return neurons * count([*differences, *neuron]) + count([_output(_symbols("X", neurons))])
+
+
+def _sizes(inputs: int, neurons: int) -> tuple[int, int]:
+    """Return checked sizes of a network, whose expressions are built and counted."""
+    return (
+        checks.whole(inputs, "inputs", least=1, most=10_000),
+        checks.whole(neurons, "neurons", least=1, most=10_000),
+    )
 
 
 def _output(hidden: Sequence[Expr]) -> Expr:
@@ -216,7 +222,7 @@ def gram(rows: int, columns: int, symmetric: bool = False) -> Operations:
     Raises
     ------
     ValueError
-        If a number is not positive.
+        If a number is not positive or above 100.
     """
     J = _matrix(rows, columns)
     transposed = _matrix(rows, columns, "K")  # of other symbols, as sympy would write a square for x·x
@@ -238,13 +244,16 @@ def determinant(size: int, method: DeterminantMethod = "terms") -> Operations:
     Raises
     ------
     ValueError
-        If the size is not positive or the method is unknown.
+        If the size is not positive, or above 8 by terms, 12 by minors or 30 by elimination, or the method is
+        unknown.
 
     References
     ----------
     Golub & Van Loan (2013), section 3.2.
     """
-    _require_positive(size=size)
+    checks.choice(method, "method", tuple(_LARGEST))
+    # A size of which the method writes some ten thousand operations; each more is several times as many.
+    size = checks.whole(size, "size", least=1, most=_LARGEST[method])
     rows = _matrix(size, size)
     if method == "terms":
         terms = (
@@ -254,11 +263,12 @@ def determinant(size: int, method: DeterminantMethod = "terms") -> Operations:
     record = Recorder()
     if method == "minors":
         value = elimination.determinant(record, rows)
-    elif method == "elimination":
-        value = record(sympy.Mul(*_pivots(record, rows)))
     else:
-        raise ValueError(f"method is {method!r}; terms, minors and elimination are known")
+        value = record(sympy.Mul(*_pivots(record, rows)))
     return count_program(record.program((), [value]))
+
+
+_LARGEST: Mapping[DeterminantMethod, int] = {"terms": 8, "minors": 12, "elimination": 30}
 
 
 def singular_values(rows: int, columns: int) -> Operations:
@@ -275,16 +285,17 @@ def singular_values(rows: int, columns: int) -> Operations:
     Raises
     ------
     ValueError
-        If a number is not positive or there are fewer columns than rows.
+        If a number is not positive or above 30, or there are fewer columns than rows.
 
     References
     ----------
     Golub & Van Loan (2013), sections 5.4 and 8.6.
     """
+    J = _matrix(rows, columns, most=30)
     if columns < rows:
         raise ValueError(f"columns is {columns}; at least as many as rows, {rows}, are needed")
     record = Recorder()
-    L, _ = elimination.triangularise(record, _matrix(rows, columns))
+    L, _ = elimination.triangularise(record, J)
     return count_program(record.program((), elimination.bidiagonal_squares(record, L)))
 
 
@@ -301,16 +312,13 @@ def _pivots(record: Recorder, rows: Matrix) -> list[Expr]:
     return pivots
 
 
-def _matrix(rows: int, columns: int, name: str = "J") -> Matrix:
-    _require_positive(rows=rows, columns=columns)
+def _matrix(rows: int, columns: int, name: str = "J", most: int = 100) -> Matrix:
+    rows, columns = (
+        checks.whole(number, called, least=1, most=most)
+        for called, number in (("rows", rows), ("columns", columns))
+    )
     return [_symbols(f"{name}{i}_", columns) for i in range(rows)]
 
 
 def _symbols(name: str, number: int) -> list[Symbol]:
     return [Symbol(f"{name}{i}", real=True) for i in range(number)]
-
-
-def _require_positive(**numbers: int) -> None:
-    for name, number in numbers.items():
-        if number < 1:
-            raise ValueError(f"{name} is {number}; at least 1 is needed")

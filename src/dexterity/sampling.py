@@ -578,6 +578,10 @@ def grid(space: Space, start: int = 0, stop: int | None = None) -> Float64[Tenso
     start, stop = checks.whole(start, "start"), size if stop is None else checks.whole(stop, "stop")
     if not 0 <= start <= stop <= size:
         raise ValueError(f"start is {start} and stop {stop}; 0 ≤ start ≤ stop ≤ {size} is needed")
+    if stop - start > _MOST_ROWS or stop > 2**63 - 1:
+        raise ValueError(
+            f"stop is {stop} and start {start}; a call makes {_MOST_ROWS} rows at most, of those below 2⁶³"
+        )
     return _grid_rows(space, torch.arange(start, stop))
 
 
@@ -594,10 +598,26 @@ class DataSet:
         (N, n) joint values, [rad] or [m]; all joints, whether they vary or not.
     values
         (N,) values of the index.
+
+    Both are copies of what was given.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a shape does not fit, or something is no finite number.
     """
 
     q: Float64[Tensor, "N n"]
     values: Float64[Tensor, " N"]
+
+    def __post_init__(self) -> None:
+        for name, axes, shape in (("q", 2, "(N, n)"), ("values", 1, "(N,)")):
+            given = spatial.to_float64(getattr(self, name), name).detach().clone()
+            if given.ndim != axes:
+                raise ValueError(f"{name} has shape {tuple(given.shape)}; {shape} is needed")
+            object.__setattr__(self, name, given)
+        if len(self.q) != len(self.values):
+            raise ValueError(f"values holds {len(self.values)} numbers; q has {len(self.q)} rows")
 
     @classmethod
     def of(cls, f: Callable[[Tensor], Tensor], q: Float64[Tensor, "N n"], name: str = "f") -> DataSet:
@@ -711,6 +731,8 @@ def data_sets(
 # ---- private -----------------------------------------------------------------------------------------
 
 _ROUNDING = 1e-9
+_MOST_ROWS = 10**9
+"""Configurations that are made in one call; their joint values need tens of gigabytes."""
 
 
 def _vector(values: TensorLike, name: str) -> tuple[float, ...]:
@@ -773,7 +795,7 @@ def _turn(a: Tensor, b: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]:
 def _require_draw(space: Space, count: int) -> int:
     """Return the number of configurations as an int."""
     checks.Instance(Space)(space, "space")
-    count = checks.whole(count, "count", least=1)
+    count = checks.whole(count, "count", least=1, most=_MOST_ROWS)
     if space.dimensions == 0:
         raise ValueError("space is a single configuration; at least one joint must vary")
     return count

@@ -22,6 +22,7 @@ import hashlib
 import io
 import json
 import struct
+import tokenize
 import zipfile
 from collections.abc import Mapping
 from typing import Any
@@ -105,7 +106,7 @@ def _unreadable(reason: str) -> SealedFileError:
 
 _UNREADABLE = (
     zipfile.BadZipFile, EOFError, KeyError, TypeError, ValueError, AttributeError, OSError, RuntimeError,
-    NotImplementedError, MemoryError, RecursionError,
+    NotImplementedError, MemoryError, RecursionError, SyntaxError, tokenize.TokenError,
 )  # fmt: skip
 
 

@@ -21,10 +21,11 @@ import itertools
 import math
 import os
 import secrets
+import stat
 import struct
 import time
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -80,13 +81,9 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         If it is no file, is larger than 16 MB, has a line of more than 10 000 characters, is nested too
         deeply, or is no TOML in UTF-8; the error names the file.
     """
-    path = Path(path)
-    if path.exists() and not path.is_file():
-        raise ValueError(f"{path.name} is no file")
-    if path.stat().st_size > _LARGEST_TOML:
-        raise ValueError(f"{path.name} has {path.stat().st_size} bytes; at most {_LARGEST_TOML} are read")
+    content, path = read_bytes(path, _LARGEST_TOML), Path(path)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
         # A key of very many parts takes tomllib minutes.
         for number, line in enumerate(text.splitlines(), start=1):
             if len(line) > _LONGEST_LINE:
@@ -97,6 +94,34 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 _LARGEST_TOML, _LONGEST_LINE = 16_000_000, 10_000
+
+
+def read_bytes(path: str | os.PathLike[str], largest: int | None = None) -> bytes:
+    """Return the content of a plain file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    largest
+        Bytes that are read at most; None for no limit.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If it is a folder, a pipe or the like, has more bytes, or no file can have its name, which is told.
+    """
+    try:
+        found = Path(path).stat()
+    except ValueError as error:
+        raise ValueError(f"{os.fspath(path)!r} names no file: {error}") from error
+    if not stat.S_ISREG(found.st_mode):
+        raise ValueError(f"{os.fspath(path)} is no plain file")
+    if largest is not None and found.st_size > largest:
+        raise ValueError(f"{os.fspath(path)} has {found.st_size} bytes; at most {largest} are read")
+    return Path(path).read_bytes()
 
 
 def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None:
@@ -121,21 +146,29 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     """
     if not isinstance(content, str | bytes):
         raise TypeError(f"content is {type(content).__name__}; write_atomically writes str or bytes")
-    target = Path(path)
-    encoded = content.encode() if isinstance(content, str) else content
-    target.parent.mkdir(parents=True, exist_ok=True)
-    # In the same folder, because a replacement is atomic only within one file system.
-    temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
+    with _written({Path(path): content.encode() if isinstance(content, str) else content}) as temporaries:
+        for target, temporary in temporaries.items():
+            temporary.replace(target)
+
+
+@contextlib.contextmanager
+def _written(contents: Mapping[Path, bytes]) -> Iterator[dict[Path, Path]]:
+    """Write contents whole to files beside their targets; what is left of them at the end is removed."""
+    temporaries: dict[Path, Path] = {}
     try:
-        with temporary.open("xb") as file:
-            file.write(encoded)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(target)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-    _sweep(target.parent.resolve())
+        for target, content in contents.items():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            # In the same folder, because a replacement is atomic only within one file system.
+            temporaries[target] = target.with_name(f".{secrets.token_hex(8)}.tmp")
+            with temporaries[target].open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+        yield temporaries
+    finally:
+        for target, temporary in temporaries.items():
+            temporary.unlink(missing_ok=True)
+            _sweep(target.parent.resolve())
 
 
 @functools.cache
@@ -155,8 +188,9 @@ def write_set(
 ) -> tuple[Path, ...]:
     """Write files that belong together, so that a reader notices where a writing was stopped halfway.
 
-    An older list of their checksums is removed first and the new one is written last, in the format of
-    ``sha256sum``. Missing folders are created.
+    All are written beside their places before the first one takes it: where the disk is full or a name is
+    taken by a folder, an older set stays as it was. Then an older list of checksums is removed, and the new
+    one takes its place last, in the format of ``sha256sum``. Missing folders are created.
 
     Parameters
     ----------
@@ -173,15 +207,24 @@ def write_set(
 
     Raises
     ------
+    ValueError
+        If a name is none of a file in the folder, such as ``"../x"``.
     OSError
         If a file cannot be written.
     """
     root = Path(folder)
     encoded = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
-    (root / sums).unlink(missing_ok=True)
-    for name, content in encoded.items():
-        write_atomically(root / name, content)
-    write_atomically(root / sums, "".join(f"{_sum(content)}  {name}\n" for name, content in encoded.items()))
+    if strange := [name for name in (*files, sums) if Path(name).name != name or name in ("", "..")]:
+        raise ValueError(f"files holds {strange[0]!r}, which is no name of a file in the folder")
+    listed = "".join(f"{_sum(content)}  {name}\n" for name, content in encoded.items())
+    contents = {root / name: content for name, content in {**encoded, sums: listed.encode()}.items()}
+    for target in contents:
+        if target.is_dir():
+            raise IsADirectoryError(f"{target} is a folder; a file was to take its place")
+    with _written(contents) as temporaries:
+        (root / sums).unlink(missing_ok=True)
+        for target, temporary in temporaries.items():
+            temporary.replace(target)
     return tuple(root / name for name in files)
 
 
@@ -193,14 +236,14 @@ def read_set(folder: str | os.PathLike[str], sums: str) -> dict[str, bytes]:
     FileNotFoundError
         If a file or the list of checksums is missing.
     ValueError
-        If a file does not have the checksum that the list gives.
+        If a file does not have the checksum that the list gives, or the list is none.
     """
     root, contents = Path(folder), dict[str, bytes]()
-    for line in (root / sums).read_text(encoding="utf-8").splitlines():
+    for line in read_bytes(root / sums).decode(errors="replace").splitlines():
         expected, _, name = line.partition("  ")
         if not name or Path(name).name != name:
-            raise ValueError(f"{root / sums} is no list of checksums: it holds {line!r}")
-        contents[name] = (root / name).read_bytes()
+            raise ValueError(f"{root / sums} is no list of checksums: it holds {line[:80]!r}")
+        contents[name] = read_bytes(root / name)
         if _sum(contents[name]) != expected:
             raise ValueError(
                 f"{root / name} is not the file that {sums} was written for; write the set again"

@@ -37,7 +37,7 @@ from dexterity.codegen.torch_code import TensorFunction, torch_function
 from dexterity.derivation import Derivation, SymbolicChain, derive
 from dexterity.elimination import LAGUERRE_STEPS, LAGUERRE_TOLERANCE, laguerre_step
 from dexterity.indices import Index, require_not_zero_everywhere
-from dexterity.indices.jacobians import with_finite_squares
+from dexterity.indices.jacobians import with_finite_powers
 from dexterity.indices.reach_of_rows import general_configurations
 from dexterity.spatial import TensorLike
 
@@ -364,7 +364,7 @@ class _InTorch(ABC):
 
     def _columns(self, q: Tensor) -> Iterator[list[Tensor]]:
         """Columns of joint values, angles in one turn; then as they are given where limits need them."""
-        rows = with_finite_squares(spatial.to_float64(q.detach(), "q"), "q").reshape(-1, q.shape[-1])
+        rows = with_finite_powers(spatial.to_float64(q.detach(), "q"), "q").reshape(-1, q.shape[-1])
         in_pieces = rows.is_cpu and not self._inductor
         for piece in rows.split(_PIECE if in_pieces else max(len(rows), 1)):
             given = piece.T.contiguous()

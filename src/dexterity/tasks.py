@@ -69,7 +69,7 @@ class Task:
     ValueError
         If an index is unknown, or its rows or direction do not fit.
     TypeError
-        If a name is no text.
+        If a name or a comment is no text, or `aliases` no sequence.
     """
 
     name: str
@@ -83,6 +83,10 @@ class Task:
 
     def __post_init__(self) -> None:
         checks.name(self.name, "name")
+        for field in ("comment", "where"):
+            if getattr(self, field) != "":
+                checks.name(getattr(self, field), field)
+        object.__setattr__(self, "aliases", checks.names(self.aliases, "aliases"))
         index = Index(self.index, rows=self.rows, direction=self.direction)
         for field in ("rows", "direction"):
             object.__setattr__(self, field, getattr(index, field))
@@ -296,7 +300,7 @@ def rank(
     chain
         The robot.
     q
-        (m, n) candidate configurations, [rad] and [m].
+        (m, n) candidate configurations, [rad] and [m]; the ranking of none is empty.
     task
         A task, the name or alias of one, an index, the name or alias of one, or a compiled index of the
         chain, which is the fastest.

@@ -81,7 +81,11 @@ def values_of_range(text: str, name: str) -> list[float]:
     parts = text.split(":")
     if len(parts) == 1:
         return [number(text, name)]
-    if len(parts) != 3 or not parts[2].strip().isdigit() or not 1 <= int(parts[2]) <= MOST_VALUES:
+    if (
+        len(parts) != 3
+        or not re.fullmatch(r"\d{1,9}", parts[2].strip(), re.ASCII)
+        or not 1 <= int(parts[2]) <= MOST_VALUES
+    ):
         raise ValueError(f"{name} is {text!r}; a number or first:last:count is needed, such as -0.4:0.4:5")
     first, last, count = number(parts[0], name), number(parts[1], name), int(parts[2])
     if count == 1:

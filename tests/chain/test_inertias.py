@@ -109,6 +109,16 @@ def test_inertias_are_copies(rng):
         (([1.0], [[0, 0, np.nan]], [np.eye(3)]), ValueError, "inertias.centres is not finite"),
         (([1.0], [[0, 0, 0]], [np.triu(np.ones((3, 3)))]), ValueError, "inertias.tensors is not symmetric"),
         ((["heavy"], [[0, 0, 0]], [np.eye(3)]), TypeError, "inertias.masses "),
+        (
+            ([1.0], [[0, 0, 0]], [-np.eye(3)]),
+            ValueError,
+            r"inertias.tensors\[0\] has the principal moment -1",
+        ),
+        (
+            ([1.0], [[0, 0, 0]], [[[1, 2, 0], [2, 1, 0], [0, 0, -1]]]),
+            ValueError,
+            r"inertias.tensors\[0\] has the principal moment -1",
+        ),
     ],
 )
 def test_bad_inertias_are_refused(inertias, error, message):

@@ -214,3 +214,16 @@ def test_a_network_is_exported(capsys, tmp_path):
     model = dx.networks.onnx_models.onnx_model(dx.networks.load_shipped(name))
     written = tmp_path / "uvms_manipulability_feed_forward.onnx"
     assert written.read_bytes() == model.SerializeToString(deterministic=True)
+
+
+@pytest.mark.parametrize("form", ["c", "javascript", "onnx"])
+def test_the_name_on_a_card_is_no_path(capsys, tmp_path, form):
+    network = dx.networks.load_shipped("uvms-manipulability-feed-forward")
+    named = network.card.with_entries(name="../../evil; x'")
+    dx.networks.save(network, tmp_path / "net.npz", named)
+    ask(capsys, "export", tmp_path / "net.npz", "--form", form, "--to", tmp_path / "a" / "b" / "out")
+    assert {path.stem for path in (tmp_path / "a" / "b" / "out").iterdir()} == {"evil_x"}
+    assert {path.name for path in tmp_path.iterdir()} == {"net.npz", "a"}
+    words = ["export", str(tmp_path / "net.npz"), "--form", form, "--name", "../evil", "--to", str(tmp_path)]
+    assert main(words) == 2
+    assert "'../evil'" in capsys.readouterr().err

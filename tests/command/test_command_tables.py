@@ -1,5 +1,6 @@
 """Tables of numbers that the command reads."""
 
+import csv
 import io
 import json
 from pathlib import Path
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 import dexterity as dx
 from dexterity.command.files import table
 from dexterity.command.inputs import configurations, poses
+from dexterity.command.reports import Report
 
 NAMES = ("a", "b", "c")
 OBJECTS = [{"a": 0.1, "b": 0.2, "c": 0.3, "note": "x"}, {"c": 3.0, "b": -2.5, "a": 1e-17}]
@@ -87,6 +89,11 @@ def test_standard_input(monkeypatch):
         ("q.json", "[" * 100_000, "is no JSON"),
         ("q.json", "[]", "no list of rows"),
         ("q.npy", b"no array", "is no .npy file"),
+        ("q.npy", b"\x93NUMPY\x01\0\x08\0(((((((\n", "is no .npy file"),
+        ("q.json", "[" + "9" * 5_000 + "]", "is no JSON"),
+        ("q.json", "[1.0, 1" + "0" * 400 + "]", "too large|something else than numbers"),
+        ("q.csv", "a,b,c\n1,2," + "3" * 200_000 + "\n", "is no CSV|not finite|holds"),
+        ("q.csv", "a,b," + "c" * 200_000 + "\n1,2,3\n", "is no CSV"),
     ],
 )  # fmt: skip
 def test_what_is_no_table_is_refused_by_name(write, name, content, message):
@@ -137,3 +144,19 @@ def test_no_poses(write):
         poses(["0,0,0,0,0,0,0"], None)
     with pytest.raises(ValueError, match="the shape"):
         poses([], write("1,2\n"))
+
+
+def test_no_name_becomes_a_formula_and_its_table_is_read_back(tmp_path):
+    names = ("=cmd|' /C calc'!A0", "+a", "-b", "@c", "'=d", "e")
+    report = Report({**{name: [0.5] for name in names}, "note": ["=1+1"]})
+    text = report.as_csv()
+    cells = [cell for row in csv.reader(io.StringIO(text)) for cell in row]
+    assert not [cell for cell in cells if cell[0] in "=+-@"]
+    (tmp_path / "q.csv").write_text(text)
+    assert table(tmp_path / "q.csv", [names]).tolist() == [[0.5] * 6]
+
+
+def test_a_name_moves_no_cursor(capsys):
+    Report({"name": ["a\x1b[2Jb\x07"]}, {"card": "\x1b]0;title\x07"}).show()
+    assert "\x1b" not in (shown := capsys.readouterr().out)
+    assert "\x07" not in shown

@@ -11,7 +11,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dexterity import timing
+from dexterity import store, timing
 from dexterity.timing import Timing, Way, processor
 
 PEERS = {"processor": "a processor", "threads": "1", "numpy": "2.0"}
@@ -217,11 +217,29 @@ def test_a_markdown_table_holds_every_cell_under_its_heading():
     assert all(f"{key} {value}" in measured for key, value in PEERS.items())
 
 
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)"])
+def test_no_name_becomes_a_formula(name):
+    with pytest.raises(ValueError, match="which a spreadsheet would compute"):
+        timing.to_csv(timing.table([timed(name, 1, 1, 1)], name), PEERS)
+
+
+def test_names_and_conditions_are_inert_in_both_files():
+    hostile = "<img src=x onerror=run()> | a\\"
+    table = timing.table([timed(hostile, 1, 1, 1)], hostile)
+    text = timing.to_markdown(table, {"processor": "x\n\n<script>run()</script>"}, "<b>Title</b>")
+    assert "<" not in text
+    assert len(text.splitlines()) == 7
+    row = text.splitlines()[4]
+    assert len(re.findall(r"(?<!\\)(?:\\\\)*\|", row)) == 6
+    assert timing.to_csv(table, {"processor": "x\nway,y"}).splitlines()[0] == "# processor: x way,y"
+
+
 def test_both_files_are_written(tmp_path):
     table = timing.table(three_timings(), "ours")
     stem = tmp_path / "new" / "v1.5"
     timing.write(stem, table, PEERS, "Three")
-    assert {file.name for file in stem.parent.iterdir()} == {"v1.5.csv", "v1.5.md"}
+    assert set(store.read_set(stem.parent, "v1.5.sha256")) == {"v1.5.csv", "v1.5.md"}
+    assert {file.name for file in stem.parent.iterdir()} == {"v1.5.csv", "v1.5.md", "v1.5.sha256"}
     assert (stem.parent / "v1.5.csv").read_text(encoding="utf-8") == timing.to_csv(table, PEERS)
     assert (stem.parent / "v1.5.md").read_text(encoding="utf-8") == timing.to_markdown(table, PEERS, "Three")
 

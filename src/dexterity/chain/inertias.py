@@ -51,6 +51,16 @@ class Inertias(NamedTuple):
     centres: Float64[Tensor, "n 3"]
     tensors: Float64[Tensor, "n 3 3"]
 
+    def no_body(self) -> str:
+        """Say which tensor has a negative principal moment, as no body has; nothing if none has."""
+        least, most = torch.linalg.eigvalsh(self.tensors)[:, [0, -1]].unbind(1)
+        negative = (least < -_SYMMETRY * most.clamp(min=0)).nonzero().flatten().tolist()
+        if not negative:
+            return ""
+        i = negative[0]
+        moment = float(least[i])
+        return f"inertias.tensors[{i}] has the principal moment {moment:.6g}, and no body a negative one"
+
     def moved(self, T: Tensor) -> Inertias:
         """Return the inertias after a rigid motion, one (4, 4) for all or (n, 4, 4)."""
         R = T[..., :3, :3]

@@ -62,7 +62,8 @@ class Chain(Kinematics):
     ValueError
         If a shape does not fit, a screw is neither revolute nor prismatic or its axis is not of unit
         length, `home` is not a rigid pose, a lower limit exceeds its upper one, a rate is negative, a name
-        is blank, not printable or there twice, a mass is negative, or a value is not finite.
+        is blank, not printable or there twice, a mass is negative, a principal moment of inertia is so and
+        the mass matrix at home not positive, or a value is not finite.
     TypeError
         If an argument is of another type.
     """
@@ -103,6 +104,7 @@ class Chain(Kinematics):
         keep("_adjusted", max(*misses, home_miss))
         self._check_limits()
         keep("_link_transforms", geometry.link_transforms(self._screws, self._kinds, self._home))
+        self._check_inertias()
 
     def _check_limits(self) -> None:
         empty = (self._lower > self._upper) | (self._lower == torch.inf) | (self._upper == -torch.inf)
@@ -114,6 +116,13 @@ class Chain(Kinematics):
             )
         if (self._rates < 0).any() or not torch.isfinite(self._rates).all():
             raise ValueError(f"rates must be finite and not negative, they are {self._rates.tolist()}")
+
+    def _check_inertias(self) -> None:
+        """Refuse tensors that no body has if they spoil the mass matrix: published robots have others."""
+        if self._inertias is not None and (strange := self._inertias.no_body()):
+            moments = torch.linalg.eigvalsh(self.mass_matrix(torch.zeros_like(self._rates)))
+            if moments[0] < -1e-9 * moments[-1].abs():
+                raise ValueError(strange)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a Chain cannot be changed; {name} was to be set")

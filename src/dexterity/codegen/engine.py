@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib.metadata
+import math
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import byref, c_double
 from functools import cache, cached_property
@@ -33,6 +34,7 @@ from dexterity.codegen.c_file import LANES
 from dexterity.codegen.library import RowFunction, cached_source, compiled_library, plain_memory
 from dexterity.derivation import SymbolicChain, derive
 from dexterity.indices import Index
+from dexterity.indices.jacobians import with_finite_powers
 
 __all__ = ["InC", "cached_c_source"]
 
@@ -73,6 +75,7 @@ class InC:
         rows = plain_memory(q)
         values = rows.new_empty(q.shape[:-1])
         self._run(self._batch, rows, (values, 1))
+        _require_numbers(rows, values)
         return values if q.is_cpu else values.to(q.device)
 
     def values_and_gradients(self, q: Tensor) -> tuple[Tensor, Tensor]:
@@ -80,6 +83,7 @@ class InC:
         rows = plain_memory(q)
         values, gradients = rows.new_empty(q.shape[:-1]), torch.empty_like(rows)
         self._run(self._gradient_batch, rows, (values, 1), (gradients, self._joints))
+        _require_numbers(rows, values, gradients)
         return (values, gradients) if q.is_cpu else (values.to(q.device), gradients.to(q.device))
 
     def _run(self, function: RowFunction, rows: Tensor, *results: tuple[Tensor, int]) -> None:
@@ -111,7 +115,7 @@ class InC:
         Raises
         ------
         ValueError
-            If `q` has another shape, or is not finite.
+            If `q` has another shape, is not finite, or is so large that there is no value.
         """
         if q.shape != (self._joints,):
             raise ValueError(f"q has shape {q.shape}; the chain has {self._joints} joints")
@@ -119,7 +123,15 @@ class InC:
         # A copy in order and without gaps, at an address that ctypes takes as it is.
         if self._row(q.tobytes(), byref(value)):
             raise ValueError("q is not finite: it holds NaN or an infinity")
+        if not math.isfinite(value.value):
+            _require_numbers(torch.from_numpy(q.copy()), torch.tensor(value.value))
         return np.float64(value.value)
+
+
+def _require_numbers(q: Tensor, *results: Tensor) -> None:
+    """Refuse joint values so large that results are infinite or NaN, which a sum tells at little cost."""
+    if not all(result.sum().isfinite() for result in results):
+        with_finite_powers(q, "q")
 
 
 def _row_function(library: ctypes.CDLL, name: str) -> ctypes._NamedFuncPointer:

@@ -65,7 +65,10 @@ def write_c(
     name: str | None = None,
     precision: Precision = "double",
 ) -> list[Path]:
-    """Write a header and a C file into a folder, and return their paths.
+    """Write a header and a C file into a folder as one set, and return their paths.
+
+    A list of their checksums is written last, beside them: ``sha256sum --check`` and
+    :func:`dexterity.store.read_set` notice files of two different sets.
 
     Parameters
     ----------
@@ -83,9 +86,8 @@ def write_c(
     OSError
         If a file cannot be written.
     """
-    files = subject if isinstance(subject, Mapping) else c_files(subject, name, precision)
-    paths = []
-    for file, text in sorted(files.items()):
-        paths.append(Path(folder, file))
-        store.write_atomically(paths[-1], text)
-    return paths
+    files = dict(
+        sorted((subject if isinstance(subject, Mapping) else c_files(subject, name, precision)).items())
+    )
+    stem = next(iter(files), "c").partition(".")[0]
+    return list(store.write_set(folder, f"{stem}.sha256", files))

@@ -16,9 +16,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import dexterity as dx
-from dexterity import codegen, store
+from dexterity import checks, codegen, store
 from dexterity.chain import Chain
 from dexterity.codegen.c99 import function_name
+from dexterity.codegen.names import words
 from dexterity.command.options import Language
 from dexterity.command.reports import Report
 from dexterity.indices import Index
@@ -68,7 +69,7 @@ def index_files(
     if form is Language.ONNX:
         raise ValueError("--form is onnx, which is for networks; an index is written as c or javascript")
     _require_double(single, form)
-    stem = name or function_name(derivation.chain, index)
+    stem = checks.identifier(name, "--name") if name else function_name(derivation.chain, index)
     return {f"{stem}.js": codegen.javascript_module(derivation)}
 
 
@@ -78,7 +79,7 @@ def network_files(network: Network, form: Language, name: str | None, single: bo
     Parameters
     ----------
     network
-        A network; its card gives the name where none is given.
+        A network; its card gives the name where none is given, written with letters, digits and underscores.
     form, name, single
         As for :func:`index_files`; ONNX has single precision too.
 
@@ -89,7 +90,8 @@ def network_files(network: Network, form: Language, name: str | None, single: bo
     ImportError
         If the package onnx is missing.
     """
-    stem = name or str(network.card.get("name", "network")).replace("-", "_")
+    # A file's own name for itself may be anything, a path included.
+    stem = checks.identifier(name, "--name") if name else words(str(network.card.get("name", "network")))
     if form is Language.C:
         return {**network_export.c_files(network, stem, "float" if single else "double")}
     if form is Language.ONNX:

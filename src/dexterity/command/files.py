@@ -17,6 +17,7 @@ from __future__ import annotations
 import csv
 import json
 import sys
+import tokenize
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dexterity.command.reports import unguarded
 from dexterity.typed import number
 
 __all__ = ["table"]
@@ -68,7 +70,14 @@ def _csv(file: Path, content: str, choices: Sequence[Sequence[str]]) -> NDArray[
     lines = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise ValueError(f"{file} is empty")
-    first = [cell.strip() for cell in next(csv.reader(lines[:1]))]
+    try:
+        return _table_of(file, lines, choices)
+    except csv.Error as error:
+        raise ValueError(f"{file} is no CSV: {error}") from error
+
+
+def _table_of(file: Path, lines: list[str], choices: Sequence[Sequence[str]]) -> NDArray[np.float64]:
+    first = [unguarded(cell.strip()) for cell in next(csv.reader(lines[:1]))]
     if all(_is_number(cell) for cell in first):
         return _finite(_rows(file, lines, None), file)
     chosen = _choice(file, first, choices)
@@ -117,7 +126,7 @@ def _is_number(cell: str) -> bool:
 def _json(file: Path, content: str, choices: Sequence[Sequence[str]]) -> NDArray[np.float64]:
     try:
         items = json.loads(content)
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{file} is no JSON: {error}") from error
     if isinstance(items, Mapping):
         # What --json prints has its rows in an object.
@@ -142,8 +151,8 @@ def _json(file: Path, content: str, choices: Sequence[Sequence[str]]) -> NDArray
 def _numbers(items: Any, file: Path) -> NDArray[np.float64]:
     try:
         array = np.array(items)
-    except ValueError as error:
-        raise ValueError(f"{file} holds rows of different lengths") from error
+    except (ValueError, OverflowError) as error:
+        raise ValueError(f"{file} holds rows of different lengths, or a number that is too large") from error
     # Texts and truth values would become numbers in silence.
     if array.dtype.kind not in "iuf" or _holds_truth_value(items):
         raise ValueError(f"{file} holds something else than numbers")
@@ -157,7 +166,7 @@ def _holds_truth_value(items: Any) -> bool:
 def _npy(file: Path) -> NDArray[np.float64]:
     try:
         array = np.load(file, allow_pickle=False)
-    except (ValueError, EOFError) as error:
+    except (ValueError, EOFError, MemoryError, SyntaxError, tokenize.TokenError) as error:
         raise ValueError(f"{file} is no .npy file: {error}") from error
     if not isinstance(array, np.ndarray) or not array.ndim:
         raise ValueError(f"{file} holds no array with rows")
@@ -173,9 +182,7 @@ def _finite(values: NDArray[np.float64], file: Path) -> NDArray[np.float64]:
 
 
 def _text(file: Path) -> str:
-    if file == STDIN:
-        return sys.stdin.read()
     try:
-        return file.read_text(encoding="utf-8-sig")
+        return sys.stdin.read() if file == STDIN else file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(f"{file} is no text: {error}") from error

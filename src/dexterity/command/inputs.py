@@ -66,7 +66,7 @@ def rows(text: str) -> Any:
     """Read a word for rows, or their names or numbers between commas."""
     if "," not in text:
         return text.strip()
-    return tuple(int(row) if row.strip().isdigit() else row.strip() for row in text.split(","))
+    return tuple(int(row) if row.strip().isdecimal() else row.strip() for row in text.split(","))
 
 
 def _rates(text: str | None, name: str, count: int) -> tuple[float, ...] | None:

@@ -18,7 +18,9 @@ import csv
 import io
 import json
 import math
+import re
 import sys
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -30,7 +32,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["Cell", "Form", "Report", "check_output", "require_file", "say"]
+__all__ = ["Cell", "Form", "Report", "check_output", "guarded", "require_file", "say", "unguarded"]
 
 Cell: TypeAlias = str | int | float | bool | None
 
@@ -70,11 +72,11 @@ class Report:
         return zip(*self.columns.values(), strict=True)
 
     def as_csv(self) -> str:
-        """Return a line of names, and a line for each row with all digits."""
+        """Return a line of names and a line for each row, with all digits; no text begins as a formula."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(["" if cell is None else _plain(cell) for cell in row] for row in self.rows())
+        writer.writerow(map(_plain, self.columns))
+        writer.writerows(map(_plain, row) for row in self.rows())
         return file.getvalue()
 
     def as_json(self) -> str:
@@ -137,14 +139,11 @@ def check_output(output: Path | None) -> None:
     Raises
     ------
     ValueError
-        If the suffix is not ``.csv`` or ``.json``, or its folder does not exist.
+        If the suffix is not ``.csv`` or ``.json``, or its folder does not exist or cannot be written to.
     """
     if output is not None:
         _form_of(output)
-        if not output.absolute().parent.is_dir():
-            raise ValueError(
-                f"--output is {str(output)!r}; the folder {output.absolute().parent} does not exist"
-            )
+        _require_folder("--output", output)
 
 
 def require_file(name: str, file: Path, suffix: str) -> None:
@@ -153,12 +152,27 @@ def require_file(name: str, file: Path, suffix: str) -> None:
     Raises
     ------
     ValueError
-        If its name does not end in the suffix, or its folder does not exist; the error begins with `name`.
+        If its name does not end in the suffix, or its folder does not exist or cannot be written to; the
+        error begins with `name`.
     """
     if file.suffix.lower() != suffix:
         raise ValueError(f"{name} is {str(file)!r}; a name that ends in {suffix} is needed")
-    if not (folder := file.absolute().parent).is_dir():
+    _require_folder(name, file)
+
+
+def _require_folder(name: str, file: Path) -> None:
+    folder = file.absolute().parent
+    if not folder.is_dir():
         raise ValueError(f"{name} is {str(file)!r}; the folder {folder} does not exist")
+    if file.is_dir():
+        raise ValueError(f"{name} is {str(file)!r}, which is a folder")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"{name} is {str(file)!r}; nothing can be written to {folder}: {error.strerror}"
+        ) from error
 
 
 def _form_of(output: Path) -> Form:
@@ -169,7 +183,22 @@ def _form_of(output: Path) -> Form:
 
 
 def _plain(cell: Cell) -> Cell:
-    return str(cell).lower() if isinstance(cell, bool) else cell
+    if isinstance(cell, bool):
+        return str(cell).lower()
+    return guarded(cell) if isinstance(cell, str) else cell
+
+
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+
+
+def guarded(text: str) -> str:
+    """Put an apostrophe before a text that a spreadsheet would take for a formula and compute."""
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def unguarded(text: str) -> str:
+    """Return the text that :func:`guarded` was given."""
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
 def _in_json(cell: Cell) -> Cell:
@@ -187,7 +216,8 @@ def _shown(value: Cell | Sequence[Cell]) -> str:
         # No -0 where a value is a rounded zero.
         return f"{value + 0.0:.4g}"
     if isinstance(value, str | int):
-        return str(value)
+        # Names and cards come from files: no letter of theirs moves the cursor.
+        return "".join(c if c.isprintable() or c == "\n" else " " for c in str(value))
     return ", ".join(_shown(item) for item in value)
 
 

@@ -215,6 +215,7 @@ class Assembly:
 
     @classmethod
     @lru_cache(maxsize=8)
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def of(cls, crane: Crane) -> Assembly:
         """Put a crane together."""
         parts = crane.structure

@@ -223,6 +223,7 @@ def area_manipulability(
 
 
 @functools.lru_cache(maxsize=8)
+@torch.inference_mode(False)  # kept for later calls in every mode
 def _elbow_arm(arm: Chain) -> ElbowArm | None:
     return ElbowArm.of(arm)
 
@@ -257,6 +258,7 @@ def _by_branches(arm: Chain, pose: Tensor, points: Tensor, R: Tensor) -> Tensor:
 
 
 @functools.lru_cache(maxsize=8)
+@torch.inference_mode(False)  # kept for later calls in every mode
 def _ball(arm: Chain) -> tuple[Tensor, float]:
     """Centre (3) and radius [m] of a ball that the tool point cannot leave."""
     links = arm.link_transforms

@@ -164,6 +164,7 @@ class DockingProblem:
         return self._control_points.clone()
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _control_points(self) -> Tensor:
         if self.points is None:
             return square(self.area / 2, face=self.face)
@@ -184,6 +185,7 @@ class DockingProblem:
         return self._ends[1].clone()
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _ends(self) -> tuple[Tensor, Tensor]:
         return self._limits(-1), self._limits(1)
 
@@ -226,6 +228,7 @@ class DockingProblem:
         return (self._foot(self._poses(pose)) - self._foot_before).norm(dim=-1)
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _foot_before(self) -> Tensor:
         return self._foot(torch.tensor([*self.start, self.heading], dtype=torch.float64))
 

@@ -29,7 +29,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.indices.jacobians import with_finite_squares
+from dexterity.indices.jacobians import with_finite_powers
 from dexterity.indices.measure import Frame, Measure, Situation
 from dexterity.indices.registry import describe
 from dexterity.indices.rows import Rows, direction_of, one_dimensional, row_numbers, shortest_name
@@ -231,7 +231,7 @@ class Index:
 
         def value(q: TensorLike) -> Tensor:
             q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
-            q = with_finite_squares(q, "q")
+            q = with_finite_powers(q, "q")
             pieces = [of_piece(piece) for piece in q.reshape(-1, chain.joints).split(_PIECE)]
             return (pieces[0] if len(pieces) == 1 else torch.cat(pieces)).reshape(q.shape[:-1])
 

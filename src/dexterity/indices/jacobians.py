@@ -27,7 +27,7 @@ __all__ = [
     "matrices",
     "normalise",
     "singular_values",
-    "with_finite_squares",
+    "with_finite_powers",
 ]
 
 
@@ -133,28 +133,28 @@ def matrices(J: TensorLike) -> Float64[Tensor, "*batch m n"]:
     Raises
     ------
     ValueError
-        If `J` is no stack of matrices, is not finite, or holds numbers whose squares are not.
+        If `J` is no stack of matrices, is not finite, or holds numbers whose powers are not.
     """
     J = spatial.to_float64(J, "J")
     if J.ndim < 2 or 0 in J.shape[-2:]:
         raise ValueError(f"J has shape {tuple(J.shape)}; (..., rows, joints) is needed")
-    return with_finite_squares(J, "J")
+    return with_finite_powers(J, "J")
 
 
-def with_finite_squares(values: Float64[Tensor, "..."], name: str) -> Float64[Tensor, "..."]:
-    """Return numbers as they are if sums of their squares are numbers as well.
+def with_finite_powers(values: Float64[Tensor, "..."], name: str) -> Float64[Tensor, "..."]:
+    """Return numbers as they are if products of six of them are numbers as well.
 
     Raises
     ------
     ValueError
-        If one is beyond 1e150 and may be looked at.
+        If one is beyond 1e50 and may be looked at.
     """
     if values.numel() and spatial.are_readable(values) and values.abs().max() > _LARGEST:
-        raise ValueError(f"{name} holds numbers beyond {_LARGEST:g}, whose squares have no value in float64")
+        raise ValueError(f"{name} holds numbers beyond {_LARGEST:g}, whose powers have no value in float64")
     return values
 
 
-_LARGEST = 1e150
+_LARGEST = 1e50
 
 
 def singular_values(J: Float64[Tensor, "*batch m n"]) -> Float64[Tensor, "*batch m"]:

@@ -46,6 +46,7 @@ Method: TypeAlias = Literal["auto", "closed form", "search"]
 Secondary: TypeAlias = Objective | Literal["centre"] | Any
 """What redundant joints are for, an index or any function of joint values, or the middle of the limits."""
 
+_MOST_SEEDS = 100_000  # of which the poses alone fill a gigabyte or two
 _SAME = 1e-4  # [rad] or [m] below which two ends of a search are one configuration
 _REPRESENTATIVE = 0.5  # [rad] or [m] by which configurations of a redundant chain are told apart
 _CLIMBS, _FIRST_CLIMB, _LARGEST_CLIMB = 40, 0.1, 0.5  # steps in the null space and their lengths [rad] or [m]
@@ -78,7 +79,7 @@ def solve(
         ``"translational"``, ``"rotational"``, or a selection by names or numbers. ``("vx", "vy", "vz", "wx",
         "wy")`` leaves the rotation about the tool's z axis free.
     seeds
-        How many seeds of a search to try at each pose.
+        How many seeds of a search to try at each pose, at most 100 000.
     near
         (n,) or (..., n) joint values to be near to, such as where the robot is. They are one of the seeds,
         copies by full turns come near to them, and solutions are ordered by their distance.
@@ -115,7 +116,7 @@ def solve(
     """
     checks.instance(chain, "chain", Chain)
     chosen = row_numbers(rows)
-    checks.whole(seeds, "seeds", least=1)
+    checks.whole(seeds, "seeds", least=1, most=_MOST_SEEDS)
     tolerance = checks.positive(tolerance, "tolerance")
     checks.choice(method, "method", get_args(Method))
     if enough is not None:

@@ -173,15 +173,18 @@ class Guarded:
         return torch.where(self._free.to(q.device), self._somewhere[0].to(q.device), q)
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _somewhere(self) -> Tensor:
         """Some configurations of the space, in which every joint that varies has different values."""
         return sampling.uniform(self.space, 16, torch.Generator().manual_seed(0))
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _held(self) -> Tensor:
         return (self._somewhere == self._somewhere[0]).all(0)
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _free(self) -> Tensor:
         """Joints (n) that are held in the space and that the network does not see."""
         seen = {*range(len(self.network.view.carriers)), *self.network.inputs}

@@ -18,9 +18,7 @@ True
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -94,7 +92,10 @@ def load(path: str | os.PathLike[str]) -> Network:
     NetworkFileError
         If the file is not whole, is no network, or is of a format that came later.
     """
-    content = _content(path)
+    try:
+        content = store.read_bytes(path, LARGEST)
+    except ValueError as error:
+        raise NetworkFileError(str(error)) from error
     try:
         # On the CPU, whatever torch's default device is.
         with torch.device("cpu"):
@@ -175,16 +176,3 @@ def _encoded(network: Network, card: Card) -> bytes:
     state: Mapping[str, Tensor] = network.state_dict()
     arrays = {name.removeprefix("view."): state[name].cpu().numpy() for name in sorted(state)}
     return sealed.packed(KIND, _header(network, card), arrays)
-
-
-def _content(path: str | os.PathLike[str]) -> bytes:
-    """Bytes of a plain file that is no larger than any network is."""
-    try:
-        status = Path(path).stat()
-    except ValueError as error:
-        raise NetworkFileError(f"{os.fspath(path)!r} names no file: {error}") from error
-    if not stat.S_ISREG(status.st_mode):
-        raise NetworkFileError(f"{os.fspath(path)} is no plain file")
-    if status.st_size > LARGEST:
-        raise NetworkFileError(f"{os.fspath(path)} has {status.st_size} bytes; {LARGEST} are the most")
-    return Path(path).read_bytes()

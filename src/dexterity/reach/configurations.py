@@ -132,6 +132,7 @@ class Search:
         self._lock = threading.Lock()
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def _library(self) -> list[tuple[Tensor, cKDTree]]:
         """Configurations of each set, and their poses as points of a tree."""
         size, sets = max(1, self.samples // self.starts), []

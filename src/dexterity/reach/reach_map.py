@@ -24,7 +24,6 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -337,7 +336,10 @@ class ReachMap:
             If the file is not whole, holds no reach map or one of a later version, or contradicts itself: a
             configuration that leaves the limits or misses its pose, or numbers that do not fit together.
         """
-        content = Path(path).read_bytes()
+        try:
+            content = store.read_bytes(path)
+        except ValueError as error:
+            raise ReachMapFileError(str(error)) from error
         try:
             header, arrays = sealed.unpacked(content, _KIND)
             if header.get("version") != _VERSION:

@@ -133,6 +133,7 @@ def covering_radius(rotations: TensorLike) -> float:
 
 
 @functools.cache
+@torch.inference_mode(False)  # kept for later calls in every mode
 def _grid(count: int) -> Tensor:
     if count in _GROUPS:
         grid = Rotation.create_group(_GROUPS[count][0])

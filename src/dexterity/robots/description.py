@@ -565,6 +565,8 @@ def _inertias(rows: Sequence[Mapping[str, Any]], frames: Tensor) -> Inertias:
         torch.tensor([each["centre"] for each in numbers], dtype=torch.float64),
         torch.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], dim=1).reshape(-1, 3, 3),
     )
+    if strange := in_frames.no_body():
+        raise ValueError(strange)
     return in_frames.moved(frames)
 
 

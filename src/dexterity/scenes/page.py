@@ -83,7 +83,7 @@ def row(shown: Iterable[tuple[str, str]]) -> Html:
     """Set titled HTML in a row, the titles below; one under the other where the page is narrow."""
     cells = (
         '<figure style="flex:1 1 17rem;min-width:0;margin:0">'
-        f"{content}<figcaption>{html.escape(title)}</figcaption></figure>"
+        f'{content}<figcaption class="mathjax_ignore">{html.escape(title)}</figcaption></figure>'
         for title, content in shown
     )
     return Html(f'<div style="display:flex;flex-wrap:wrap;gap:0.75rem">{"".join(cells)}</div>')

@@ -100,13 +100,18 @@ def extremes(
     Raises
     ------
     ValueError
-        If a number is not positive, nothing varies in the space, a joint of the chain is unlimited, or the
-        function is NaN somewhere, gives another shape, or cannot be differentiated.
+        If a number is not positive, or above 10⁶ (samples: 10⁹), nothing varies in the space, a joint of the
+        chain is unlimited, or the function is NaN somewhere, gives another shape, or cannot be
+        differentiated.
     TypeError
         If an argument is of another kind.
     """
-    for name, number in (("samples", samples), ("starts", starts), ("steps", steps)):
-        checks.whole(number, name, least=1)
+    for name, number, most in (
+        ("samples", samples, 10**9),
+        ("starts", starts, 10**6),
+        ("steps", steps, 10**6),
+    ):
+        checks.whole(number, name, least=1, most=most)
     checks.seed(seed)
     function, where = _function(f, space), Box.from_chain(space) if isinstance(space, Chain) else space
     if not isinstance(where, Space):

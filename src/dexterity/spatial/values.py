@@ -230,9 +230,11 @@ def as_float64(value: TensorLike, name: str) -> Tensor:
         return _tensor_as_float64(value, name)
     if torch.compiler.is_compiling():
         return torch.as_tensor(value, dtype=torch.float64)  # numpy is not traced
-    if isinstance(value, list | tuple) and _holds_tensors(value):
+    if isinstance(value, list | tuple) and _holds(value, Tensor):
         return _stacked(value, name)
-    if isinstance(value, np.ma.MaskedArray):
+    if isinstance(value, np.ma.MaskedArray) or (
+        isinstance(value, list | tuple) and _holds(value, np.ma.MaskedArray)
+    ):
         raise TypeError(f"{name} is a masked array; fill it first, with filled()")
     try:
         array = np.asarray(value)
@@ -261,10 +263,9 @@ def _tensor_as_float64(tensor: Tensor, name: str) -> Tensor:
     return tensor.to(torch.float64)
 
 
-def _holds_tensors(value: Sequence[Any]) -> bool:
+def _holds(value: Sequence[Any], kind: type) -> bool:
     return any(
-        isinstance(part, Tensor) or (isinstance(part, list | tuple) and _holds_tensors(part))
-        for part in value
+        isinstance(part, kind) or (isinstance(part, list | tuple) and _holds(part, kind)) for part in value
     )
 
 
@@ -279,4 +280,4 @@ def _stacked(value: Sequence[Any], name: str) -> Tensor:
 
 
 def _has_device(value: Any) -> bool:
-    return isinstance(value, Tensor) or (isinstance(value, list | tuple) and _holds_tensors(value))
+    return isinstance(value, Tensor) or (isinstance(value, list | tuple) and _holds(value, Tensor))

@@ -29,6 +29,9 @@ __all__ = ["instructions_per_configuration"]
 FLAGS = ("-std=c99", "-O3", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-march=haswell")
 """As for compiled indices, for processors with vectors of 256 bits."""
 
+PATIENCE = 600.0
+"""Seconds after which a compiler or a count that has not ended is stopped."""
+
 CONFIGURATIONS = 1008
 """Configurations of a batch, a multiple of those that are worked on side by side."""
 
@@ -51,7 +54,7 @@ def instructions_per_configuration(source: str, name: str) -> float | None:
     Raises
     ------
     RuntimeError
-        If the file does not compile, or does not run.
+        If the file does not compile or run, or has not ended after ten minutes.
     """
     if platform.machine() != "x86_64" or not (shutil.which("valgrind") and shutil.which("cc")):
         return None
@@ -75,7 +78,12 @@ def _collected(*command: str) -> int:
 
 
 def _output(command: list[str]) -> str:
-    run = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    try:
+        run = subprocess.run(  # noqa: S603
+            command, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise RuntimeError(f"{command[0]} did not run to its end: {error}") from error
     if run.returncode != 0:
         raise RuntimeError(f"{command[0]} failed with status {run.returncode}: {run.stderr[-500:]}")
     return run.stderr

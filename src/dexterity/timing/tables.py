@@ -13,11 +13,11 @@ Examples
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dexterity.store import write_atomically
+from dexterity.store import write_set
 from dexterity.timing.measurement import Ratio, Timing, ratio, three_digits
 
 if TYPE_CHECKING:
@@ -97,37 +97,56 @@ def to_csv(table: pandas.DataFrame, conditions: Mapping[str, str]) -> str:
     Raises
     ------
     ValueError
-        If a name holds a ``#``.
+        If a name holds a ``#``, or begins as a formula does.
     """
     rows = table.to_csv(float_format="%.6g", lineterminator="\n")
     if "#" in rows:
         raise ValueError("a name in the table holds a #, after which a reader sees a comment")
-    return "".join(f"# {key}: {value}\n" for key, value in conditions.items()) + rows
+    if formulas := [
+        name for row in table.index for name in _names(row) if name.startswith(("=", "+", "-", "@"))
+    ]:
+        raise ValueError(f"a name in the table is {formulas[0]!r}, which a spreadsheet would compute")
+    return "".join(f"# {_line(f'{key}: {value}')}\n" for key, value in conditions.items()) + rows
 
 
 def to_markdown(table: pandas.DataFrame, conditions: Mapping[str, str], title: str) -> str:
     """Write a table as Markdown below its title, its conditions at the end."""
     texts = readable(table).reset_index()
     lines = [list(texts.columns), ["---"] * len(texts.columns), *texts.to_numpy().tolist()]
-    rows = "\n".join(
-        "| " + " | ".join(str(text).replace("|", r"\|") for text in line) + " |" for line in lines
-    )
-    measured = ", ".join(f"{key} {value}" for key, value in conditions.items())
-    return f"{title}\n\n{rows}\n\nMeasured with: {measured}.\n"
+    rows = "\n".join("| " + " | ".join(_inert(str(text)) for text in line) + " |" for line in lines)
+    measured = ", ".join(_inert(f"{key} {value}") for key, value in conditions.items())
+    return f"{_inert(title)}\n\n{rows}\n\nMeasured with: {measured}.\n"
+
+
+def _names(row: Hashable) -> list[str]:
+    return [part for part in (row if isinstance(row, tuple) else (row,)) if isinstance(part, str)]
+
+
+def _line(text: str) -> str:
+    """Return a text without line ends and other letters that do not print."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def _inert(text: str) -> str:
+    """Return a text that is neither the end of a cell nor markup to a browser."""
+    plain = _line(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return plain.replace("\\", r"\\").replace("|", r"\|")
 
 
 def write(stem: Path, table: pandas.DataFrame, conditions: Mapping[str, str], title: str) -> None:
-    """Write a table into `stem`.csv and `stem`.md, each as a whole.
+    """Write a table into `stem`.csv and `stem`.md as one set, with their checksums in `stem`.sha256.
 
     Raises
     ------
     ValueError
-        If a name holds a ``#``.
+        If a name holds a ``#``, or begins as a formula does.
     OSError
         If a file cannot be written.
     """
-    write_atomically(stem.with_name(f"{stem.name}.csv"), to_csv(table, conditions))
-    write_atomically(stem.with_name(f"{stem.name}.md"), to_markdown(table, conditions, title))
+    texts = {"csv": to_csv(table, conditions), "md": to_markdown(table, conditions, title)}
+    write_set(
+        stem.parent, f"{stem.name}.sha256", {f"{stem.name}.{ending}": text for ending, text in texts.items()}
+    )
 
 
 def _pandas() -> Any:

@@ -100,6 +100,8 @@ def _body(link: Element, name: str, T: Array, values: Values) -> Body:
     if tensor_element is not None:
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
             (value,) = values.numbers(tensor_element, f"i{'xyz'[i]}{'xyz'[j]}", where, 1, "0")
+            if i == j and value < 0:
+                raise values.refuse(where, f"has i{2 * 'xyz'[i]} {value:g}; it must not be negative")
             tensor[i, j] = tensor[j, i] = value
     return mass, T[:3, 3], T[:3, :3] @ tensor @ T[:3, :3].T
 

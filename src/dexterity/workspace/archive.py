@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import torch
@@ -69,7 +68,10 @@ def read_archive(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, Any
     ArchiveError
         If the file is not whole, is of another kind, or is no archive.
     """
-    content = Path(path).read_bytes()
+    try:
+        content = store.read_bytes(path)
+    except ValueError as error:
+        raise ArchiveError(str(error)) from error
     try:
         header, arrays = sealed.unpacked(content, kind)
         return header, {name: torch.from_numpy(array) for name, array in arrays.items()}

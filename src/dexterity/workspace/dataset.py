@@ -66,7 +66,9 @@ HALF_SIDE = 0.4
 """Half the side of the cube about the base in which positions are drawn, [m]."""
 
 _CHUNK = 50_000
-_IN_VAIN = 20_000  # poses in a row of which none is kept, after which none will be
+_IN_VAIN = 1000  # poses in a row of which none is kept, after which some others are tried at once
+_MOST_REDRAWN = 0.999  # some arms reach next to nothing: their poses would be drawn without an end
+_MOST = 10**9  # samples
 
 RANGES: Mapping[str, tuple[float, float]] = {
     "mass": (0.0, 10.0),
@@ -199,10 +201,10 @@ def confidence_data(
     Raises
     ------
     ValueError, TypeError
-        If `count` is no whole number of at least 1, `redraw` no number in [0, 1), `seed` or `workers` no
+        If `count` is no whole number from 1 to 10⁹, `redraw` no number in [0, 0.999], `seed` or `workers` no
         whole number, or `workers` is 0.
     """
-    redraw = checks.real(redraw, "redraw", least=0, below=1)
+    redraw = checks.real(redraw, "redraw", least=0, most=_MOST_REDRAWN)
     chunk = partial(_confidence_chunk, dynamics=checks.flag(dynamics, "dynamics"), redraw=redraw)
     return _joined(_in_chunks(chunk, count, seed, workers))
 
@@ -252,10 +254,10 @@ def jacobian_data(
     Raises
     ------
     ValueError, TypeError
-        If `count` or `poses` is no whole number of at least 1, `threshold` no number in [0, 1), or so large
+        If `count` or `poses` is no whole number from 1 to 10⁹, `threshold` no number in [0, 1), or so large
         that of 20 000 poses none is kept; if `seed` or `workers` is no whole number, or `workers` is 0.
     """
-    poses = checks.whole(poses, "poses", least=1)
+    poses = checks.whole(poses, "poses", least=1, most=_MOST)
     threshold = checks.real(threshold, "threshold", least=0, below=1)
     dynamics = checks.flag(dynamics, "dynamics")
     chunk = partial(_jacobian_chunk, dynamics=dynamics, poses=poses, threshold=threshold)
@@ -275,12 +277,20 @@ def _jacobian_chunk(
         left = size - sum(len(data.jacobian) for data in found)
         in_vain = 0 if left < missing else in_vain + missing * poses
         if in_vain >= _IN_VAIN:
-            raise ValueError(
-                f"threshold is {threshold}; of {in_vain} poses none has so even an inertia: "
-                "a smaller one is needed"
-            )
+            _require_any(dynamics, threshold)
+            in_vain = 0
         missing = left
     return _joined(found)
+
+
+def _require_any(dynamics: bool, threshold: float) -> None:
+    """Refuse a threshold that none of 20 000 other poses passes, 50 for each of 400 manipulators."""
+    random = torch.Generator().manual_seed(0)
+    found = _tried(*_manipulators(400, random, dynamics), random, 50, threshold)
+    if not any(len(data.jacobian) for data in found):
+        raise ValueError(
+            f"threshold is {threshold}; of 20000 poses none has so even an inertia: a smaller one is needed"
+        )
 
 
 def _tried(
@@ -346,7 +356,7 @@ _Data = TypeVar("_Data", ConfidenceData, JacobianData)
 def _in_chunks(
     chunk: Callable[[int, torch.Generator], _Data], count: int, seed: int, workers: int
 ) -> list[_Data]:
-    count, seed = checks.whole(count, "count", least=1), checks.seed(seed)
+    count, seed = checks.whole(count, "count", least=1, most=_MOST), checks.seed(seed)
     if (workers := checks.whole(workers, "workers")) == 0:
         raise ValueError("workers is 0; a number of processes, or -1 for all cores, is needed")
     sizes = [min(_CHUNK, count - start) for start in range(0, count, _CHUNK)]

@@ -105,6 +105,9 @@ class Circle:
             value = spatial.to_float64(getattr(self, name), name)
             if value.shape != shape:
                 raise ValueError(f"{name} has shape {tuple(value.shape)}; {shape} is needed")
+            rows = value.tolist()
+            # As tuples: a circle stays as it is when the caller's array changes.
+            object.__setattr__(self, name, tuple(map(tuple, rows)) if name == "orientation" else tuple(rows))
         spatial.pose(self.orientation, self.centre)
 
     def __call__(self, time: Tensor) -> Wanted:

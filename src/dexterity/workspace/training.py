@@ -21,6 +21,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -273,7 +274,8 @@ def train(
     seed
         Of the order of the rows and of dropout.
     checkpoint
-        File that the run is kept in after every epoch, and from which it goes on if it is there.
+        File that the run is kept in after every epoch, and from which it goes on if it is there. If it can
+        no longer be written later on, that is a warning: what has been learned is not lost by it.
     progress
         Whether a bar is shown.
 
@@ -281,6 +283,8 @@ def train(
     ------
     ValueError
         If a head of the schedule has no rows, or too few to hold some out.
+    OSError
+        If the checkpoint cannot be written at the start.
     ArchiveError
         If the checkpoint is damaged, or of a run with another architecture, other options or other data.
     """
@@ -289,6 +293,7 @@ def train(
     run = _Run(network, rows, options, checks.seed(seed))
     if checkpoint is not None:
         run.resume(checkpoint)
+        run.keep(checkpoint)  # where it cannot be written, this is known before an epoch is lost
     with (
         one_thread(),
         tqdm(total=len(options.schedule), initial=len(run.losses), disable=not progress) as bar,
@@ -298,7 +303,12 @@ def train(
             if run.diverged:
                 break
             if checkpoint is not None:
-                run.keep(checkpoint)
+                try:
+                    run.keep(checkpoint)
+                except OSError as error:
+                    warnings.warn(
+                        f"checkpoint could not be written, the training goes on: {error}", stacklevel=2
+                    )
             bar.update()
             bar.set_postfix_str(f"{run.losses[-1].head} {run.losses[-1].validation:.2e}")
     run.settle()

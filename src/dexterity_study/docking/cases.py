@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, TypeAlias
@@ -64,7 +63,7 @@ def printed(name: str, what: str = "value") -> Tensor:
 
 @cache
 def _ledger() -> dict[str, dict[str, Any]]:
-    parts = [tomllib.loads(store.data_path(*name.split("/")).read_text(encoding="utf-8")) for name in LEDGERS]
+    parts = [store.read_toml(store.data_path(*name.split("/"))) for name in LEDGERS]
     return {entry["id"]: entry for part in parts for entries in part.values() for entry in entries}
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
-import tomllib
 from collections.abc import Mapping
 from datetime import UTC, date, datetime
 from pathlib import Path
@@ -36,8 +35,19 @@ def versions(module: str) -> dict[str, str]:
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Read a card; FileNotFoundError if there is none."""
-    return tomllib.loads(file.read_text(encoding="utf-8"))
+    """Read a card.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    ValueError
+        If it is no TOML, or does not say what was made.
+    """
+    card = store.read_toml(file)
+    if not isinstance(card.get("made"), dict) or not isinstance(card.get("accepted", []), list):
+        raise ValueError(f"{file} is no card of a run: it has no [made]")
+    return card
 
 
 def write(file: Path, card: Mapping[str, Any]) -> None:

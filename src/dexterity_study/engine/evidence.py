@@ -6,12 +6,17 @@ the card; `probe.csv` holds the reduced run that is repeated to see whether all 
 
 from __future__ import annotations
 
+import csv
 import importlib
 import pkgutil
-from collections.abc import Iterator, Mapping
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 import dexterity_study
 from dexterity import store
@@ -138,17 +143,31 @@ def load(experiment: Experiment) -> Table:
     NoEvidence
         If none is stored.
     ValueError
-        If a file is damaged.
+        If a file is damaged, or a folder has its name; the error names it.
     """
     tables = []
     for reading, seed in runs(experiment):
         place = files(experiment, reading, seed)
-        if place.rows.is_file():
-            table = from_csv(place.rows.read_text(encoding="utf-8"))
-            held = from_npz(place.arrays.read_bytes()) if place.arrays.is_file() else {}
+        if place.rows.exists():
+            table = _read(place.rows, lambda content: from_csv(content.decode()))
+            held = _read(place.arrays, from_npz) if place.arrays.exists() else {}
             tables.append(Table(table.rows, table.keys, {(reading, seed): held} if held else {}))
     if not tables:
         raise NoEvidence(
             f"{experiment.chapter}.{experiment.name} has no stored rows: make evidence makes them"
         )
     return Table.joined(tables)
+
+
+_Content = TypeVar("_Content")
+_DAMAGED = (
+    ValueError, csv.Error, zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, NotImplementedError,
+    RuntimeError, MemoryError, RecursionError, SyntaxError, tokenize.TokenError,
+)  # fmt: skip
+
+
+def _read(file: Path, understood: Callable[[bytes], _Content]) -> _Content:
+    try:
+        return understood(store.read_bytes(file))
+    except _DAMAGED as error:
+        raise ValueError(f"{file.parent.name}/{file.name} is damaged: {error}") from error

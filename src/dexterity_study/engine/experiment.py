@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from dexterity import checks
 from dexterity_study.engine.readings import Reading
 from dexterity_study.engine.table import Row, Table
 
@@ -71,6 +72,8 @@ class Experiment:
     unsteady: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        for name in ("rtol", "atol"):
+            checks.real(getattr(self, name), f"{name} of {self.name}", least=0)
         known = self._parameters
         takes_more = any(one.kind is one.VAR_KEYWORD for one in known.values())
         if (unknown := self.smoke.keys() - known.keys()) and not takes_more:

@@ -68,10 +68,10 @@ def _product(task: EvidenceTask) -> Path:
 
 
 def _seconds(file: Path) -> float:
-    """Return how long a run took the last time; a guess if it never ran, a second for a probe."""
+    """Return how long a run took the last time; a guess if no card says so, a second for a probe."""
     try:
         return float(card.read(file)["made"]["seconds"]) if file.suffix == ".toml" else 1.0
-    except FileNotFoundError:
+    except (FileNotFoundError, ValueError, KeyError, TypeError):
         return 10.0
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import math
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,17 +28,20 @@ def run(chapter: str, name: str, reading: str, seed: int) -> None:
 
     Raises
     ------
+    OSError
+        If its folder cannot be written to; nothing is run.
     SourceChanged
         If a file that the experiment uses has changed since this process first used it; nothing is stored.
     """
     experiment = evidence.experiments(chapter)[name]
     _require_unchanged(experiment)
+    place = evidence.files(experiment, reading, seed)
+    _require_writable(place.rows.parent)
     torch.set_num_threads(1)
     started = time.perf_counter()
     table = experiment(seed, reading)
     seconds = time.perf_counter() - started
     _require_unchanged(experiment)
-    place = evidence.files(experiment, reading, seed)
     store.write_atomically(place.rows, to_csv(table))
     if missing := set(experiment.arrays) - table.arrays.get((reading, seed), {}).keys():
         raise ValueError(
@@ -61,7 +66,16 @@ def _require_unchanged(experiment: Experiment) -> None:
 def run_probe(chapter: str, name: str) -> None:
     """Run an experiment at smoke effort and store its rows, with summaries of its arrays."""
     experiment = evidence.experiments(chapter)[name]
-    store.write_atomically(evidence.probe_file(experiment), smoke_rows(experiment))
+    file = evidence.probe_file(experiment)
+    _require_writable(file.parent)
+    store.write_atomically(file, smoke_rows(experiment))
+
+
+def _require_writable(folder: Path) -> None:
+    """Fail before hours of computing, and not after them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
 
 
 def smoke_rows(experiment: Experiment) -> str:
@@ -76,7 +90,7 @@ def missed(experiment: Experiment) -> Iterator[str]:
     So it does for each data file that is read and that the experiment does not name.
     """
     file = evidence.probe_file(experiment)
-    if not file.is_file():
+    if not file.exists():
         yield f"{experiment.chapter}.{experiment.name}: there is no stored probe"
         return
     with data_files_read() as opened:
@@ -84,7 +98,7 @@ def missed(experiment: Experiment) -> Iterator[str]:
     for name in sorted(opened):
         if not any(name == own or name.startswith(f"{own}/") for own in experiment.data):
             yield f"{experiment.chapter}.{experiment.name} reads {name}, which it does not name"
-    stored, now = _numbers(file.read_text(encoding="utf-8")), _numbers(rows)
+    stored, now = _numbers(store.read_bytes(file).decode()), _numbers(rows)
     for place in dict.fromkeys([*stored, *now]):
         one, other = stored.get(place), now.get(place)
         if not _agree(one, other, experiment, metric=place[-1]):
@@ -107,4 +121,6 @@ def _agree(stored: object, now: object, experiment: Experiment, metric: str) -> 
         one, other = float(str(stored)), float(str(now))
     except ValueError:
         return stored == now
-    return one == other or abs(other - one) <= experiment.atol + experiment.rtol * abs(one)
+    # An infinite one would have every number as near as it may be.
+    near = math.isfinite(one) and abs(other - one) <= experiment.atol + experiment.rtol * abs(one)
+    return one == other or near

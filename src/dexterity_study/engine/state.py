@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -64,4 +63,4 @@ def _lock() -> dict[str, dict[str, Any]]:
 
 @cache
 def _entries(file: Path, changed: int) -> dict[str, dict[str, Any]]:  # noqa: ARG001 -- a changed file is read again
-    return {entry["id"]: entry for entry in tomllib.loads(file.read_text(encoding="utf-8")).get("task", [])}
+    return {entry["id"]: entry for entry in store.read_toml(file).get("task", [])}

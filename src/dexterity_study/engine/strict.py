@@ -2,7 +2,6 @@
 
 import difflib
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable
 from datetime import date
@@ -12,6 +11,8 @@ from typing import Any, Protocol, TypeVar, Union, get_args, get_origin
 
 import cattrs
 import cattrs.v
+
+from dexterity import checks, store
 
 
 class Named(Protocol):
@@ -90,7 +91,7 @@ def require_known(name: str, names: Iterable[str], complaint: str) -> None:
 
 
 def _load(file: Path) -> dict[str, Any]:
-    return tomllib.loads(file.read_text(encoding="utf-8"))
+    return store.read_toml(file)
 
 
 def _label(file: Path) -> str:
@@ -128,7 +129,7 @@ def _exactly(kind: type[T]) -> Callable[[Any, object], T]:
 def _number(plain: Any, _: object) -> float:
     if type(plain) not in (float, int):
         raise TypeError(f"{plain!r} is not a number")
-    return float(plain)
+    return checks.real(plain, "a number")
 
 
 def _tuple(plain: Any, kind: Any) -> tuple[Any, ...]:

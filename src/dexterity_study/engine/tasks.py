@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +31,7 @@ class PrintedNode(PathNode):
 
     def state(self) -> str:
         """Return a key of the printed values and their roundings."""
-        ledger = tomllib.loads(Path(str(self.path)).read_text(encoding="utf-8"))
+        ledger = store.read_toml(Path(str(self.path)))
         printed = {
             entry["id"]: [entry.get("value"), entry.get("rounding")]
             for entries in ledger.values()

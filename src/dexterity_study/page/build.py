@@ -29,7 +29,7 @@ from jupyter_cache import get_cache
 from jupyter_cache.base import CacheBundleIn
 from nbformat import NotebookNode
 
-from dexterity import store
+from dexterity import checks, store
 from dexterity_study.engine.processes import InUse, alone_in
 from dexterity_study.page.execution import CellFailed, Execution
 from dexterity_study.page.notebooks import (
@@ -190,7 +190,11 @@ class Executions:
         return False
 
     def _durations(self) -> dict[str, float]:
-        return json.loads(self.layout.durations.read_text("utf-8")) if self.layout.durations.is_file() else {}
+        try:
+            durations = json.loads(store.read_bytes(self.layout.durations))
+            return {page: checks.real(seconds, "seconds", least=0) for page, seconds in durations.items()}
+        except (FileNotFoundError, ValueError, TypeError, AttributeError, RecursionError):
+            return {}  # they only foretell how long a build takes
 
 
 @dataclass

@@ -4,7 +4,6 @@ import ast
 import hashlib
 import json
 import sys
-import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -54,7 +53,7 @@ def dependencies(name: str, code: str) -> dict[str, str]:
 def _recorded_runs() -> dict[str, str]:
     """Digest what the lock of the evidence records of each experiment, such as `uvms.tasks.rankings`."""
     file = _ROOT / "pytask.lock"
-    runs = tomllib.loads(file.read_text("utf-8"))["task"] if file.is_file() else []
+    runs = store.read_toml(file)["task"] if file.is_file() else []
     recorded: dict[str, list[Any]] = {}
     for run in runs:
         recorded.setdefault(run["id"].partition("[")[0], []).append(run)

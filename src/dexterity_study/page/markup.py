@@ -28,14 +28,23 @@ class Cell:
     link: str = ""
 
 
-_FORMULA = re.compile(r"\$([^$]+)\$")
+_FORMULA = re.compile(r"\$((?:(?!\\(?:href|class|style|cssId|data|require|html\w*|mmlToken)\b)[^$])+)\$")
+"""A formula, without the words of MathJax by which a text could become a link, a style or more."""
+
+_DELIMITER = re.compile(r"\\([(\[]|begin\b)")
 
 
 def inline(text: str) -> str:
-    r"""Escape a text; what stands between dollar signs is a formula, which MathJax finds between \( and \)."""
-    return _FORMULA.sub(
-        r'<span class="math notranslate nohighlight">\\(\1\\)</span>',
-        escape(readable(text), quote=False),
+    r"""Escape a text; what stands between dollar signs is a formula, which MathJax finds between \( and \).
+
+    Whatever else a text holds is no formula: a tag parts what MathJax would take for the beginning of one.
+    """
+    parts = _FORMULA.split(escape(readable(text), quote=False))
+    return "".join(
+        rf'<span class="math notranslate nohighlight">\({part}\)</span>'
+        if i % 2
+        else _DELIMITER.sub(r"\\<span>\1</span>", part)
+        for i, part in enumerate(parts)
     )
 
 

@@ -109,20 +109,19 @@ def _read_pages(layout: Layout, names: Iterable[str], syntax: MdParserConfig) ->
 
 
 def read_executed(layout: Layout, page: Page) -> NotebookNode | None:
-    """Return the stored outputs with the page's present prose, or None if they are of another key."""
+    """Return the stored outputs with the page's present prose, or None if they are of another key or damaged."""
     try:
-        stored = nbformat.read(layout.executed(page.name), as_version=4)
-    except (FileNotFoundError, nbformat.reader.NotJSONError):
-        return None
-    if stored.metadata.get("dexterity", {}).get("key") != page.key:
-        return None
-    outputs = iter([cell for cell in stored.cells if cell.cell_type == "code"])
-    notebook = nbformat.from_dict(page.notebook)
-    for cell in notebook.cells:
-        if cell.cell_type == "code":
-            executed = next(outputs)
+        stored = nbformat.reads(store.read_bytes(layout.executed(page.name)).decode(), as_version=4)
+        if stored.metadata["dexterity"]["key"] != page.key:
+            return None
+        outputs = [cell for cell in stored.cells if cell.cell_type == "code"]
+        notebook = nbformat.from_dict(page.notebook)
+        cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+        for cell, executed in zip(cells, outputs, strict=True):
             cell.outputs, cell.execution_count = executed.outputs, executed.execution_count
-    notebook.metadata.update(stored.metadata)
+        notebook.metadata.update(stored.metadata)
+    except (FileNotFoundError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return None
     return notebook
 
 
@@ -131,7 +130,7 @@ def write_executed(layout: Layout, page: Page, notebook: NotebookNode) -> None:
     notebook.metadata = nbformat.from_dict(_metadata(page, notebook.metadata))
     text = nbformat.writes(notebook) + "\n"
     path = layout.executed(page.name)
-    if not path.is_file() or path.read_text("utf-8") != text:
+    if not path.is_file() or path.read_bytes() != text.encode():
         path.parent.mkdir(parents=True, exist_ok=True)
         store.write_atomically(path, text)
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import re
 import sys
-import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from dexterity import store
 
 MOST_WORDS, MOST_NEGATIONS = 30, 2
 """Largest number of words between colons and semicolons, and of negations, in a sentence."""
@@ -143,7 +144,7 @@ def main(arguments: Sequence[str]) -> int:
     """Print the faults of files and folders; the exit code is 0 if there are none."""
     paths = [Path(argument) for argument in arguments]
     files = [file for path in paths for file in (sorted(path.rglob("*.md")) if path.is_dir() else [path])]
-    listed = tomllib.loads(Path("book/prose_exceptions.toml").read_text(encoding="utf-8"))
+    listed = store.read_toml("book/prose_exceptions.toml")
     found = list(faults(files, [one["sentence"] for one in listed.get("exceptions", ())]))
     for fault in found:
         sys.stdout.write(f"{fault.place}: {fault.rule}\n    {fault.sentence}\n")

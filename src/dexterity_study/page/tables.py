@@ -15,7 +15,7 @@ from dexterity_study.page.numbers import with_range, written
 
 _RANGE = re.compile(r"(?P<median>.*\d.*?) \((?P<range>[^()]*\d[^()]*–[^()]*)\)")
 _NUMBER = re.compile(
-    r"[<>]? ?-?(?P<digits>[\d,]*\.?\d+)(?:\xa0×\xa010(?P<power>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?P<unit>[ %].*)?"
+    r"[<>]? ?-?(?P<digits>[\d,]*\.?\d+)(?:\xa0×\xa010(?P<power>⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))?(?P<unit>[ %].*)?"
 )
 _DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
@@ -111,8 +111,8 @@ def _value(text: str) -> float | None:
     if match is None:
         return None
     sign = -1 if "-" in text.partition(match["digits"])[0] else 1
-    power = int((match["power"] or "0").translate(_DIGITS))
-    return sign * float(match["digits"].replace(",", "")) * 10.0**power
+    power = (match["power"] or "0").translate(_DIGITS)
+    return sign * float(f"{match['digits'].replace(',', '')}e{power}")
 
 
 def _with_small_range(text: str) -> str:

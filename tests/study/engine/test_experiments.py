@@ -36,6 +36,15 @@ def test_declarations_that_cannot_be_run_are_refused(fields, complaint):
         Experiment(rows, **fields)
 
 
+@pytest.mark.parametrize("name", ["rtol", "atol"])
+@pytest.mark.parametrize(
+    ("value", "error"), [(float("nan"), ValueError), (float("inf"), ValueError), ("1", TypeError)]
+)
+def test_a_tolerance_is_a_finite_number(name, value, error):
+    with pytest.raises(error, match=f"^{name} of rows is"):
+        Experiment(rows, **{name: value})
+
+
 def test_what_draws_nothing_takes_no_seed():
     def fixed(size=3):
         yield {"error": size}

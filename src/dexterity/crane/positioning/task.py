@@ -90,11 +90,13 @@ class Task:
         return len(self.targets)
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def lower(self) -> Float64[Tensor, "N 3"]:
         """Least strokes [m], which are the cylinders' limits, or the start where that is beyond them."""
         return torch.minimum(self.starts, self.starts.new_tensor(self.crane.lower))
 
     @cached_property
+    @torch.inference_mode(False)  # kept for later calls in every mode
     def upper(self) -> Float64[Tensor, "N 3"]:
         """Largest strokes [m], likewise."""
         return torch.maximum(self.starts, self.starts.new_tensor(self.crane.upper))
