@@ -243,6 +243,8 @@ def test_links_that_are_fixed_to_each_other_are_one_body():
 # ---- what is refused -----------------------------------------------------------------------------------
 
 LIGHT = '<inertial><mass value="-1"/></inertial>'
+INSIDE_OUT = '<inertial><mass value="1"/><inertia ixx="1" iyy="-2" izz="1"/></inertial>'
+SHEARED = '<inertial><mass value="0"/><inertia ixx="1" iyy="1" izz="1" ixy="3" ixz="3" iyz="3"/></inertial>'
 BAD = {
     "lower above upper": (
         replaced(LIMIT, 'lower="2" upper="1"'),
@@ -346,6 +348,14 @@ BAD = {
     "negative mass": (
         replaced('<link name="l1"/>', f'<link name="l1">{LIGHT}</link>'),
         "link 'l1': inertial has mass -1",
+    ),
+    "negative moment of inertia": (
+        replaced('<link name="l1"/>', f'<link name="l1">{INSIDE_OUT}</link>'),
+        "link 'l1': inertial has the moment of inertia -2",
+    ),
+    "tensor of no body": (
+        replaced('<link name="l1"/>', f'<link name="l1">{SHEARED}</link>'),
+        r"inertias.tensors\[0\] has the principal moment -2",
     ),
 }
 

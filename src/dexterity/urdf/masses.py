@@ -23,6 +23,9 @@ from dexterity.urdf.tree import Joint, Step
 
 __all__ = ["Body", "carried", "combined"]
 
+_ROUNDING = 1e-6  # of the largest moment: numbers are printed with few digits
+_NOTHING = 1e-12  # [kg m²]
+
 Body: TypeAlias = tuple[float, Array, Array]
 """Mass [kg], centre of mass [m] and inertia about it [kg m²]."""
 
@@ -100,9 +103,10 @@ def _body(link: Element, name: str, T: Array, values: Values) -> Body:
     if tensor_element is not None:
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
             (value,) = values.numbers(tensor_element, f"i{'xyz'[i]}{'xyz'[j]}", where, 1, "0")
-            if i == j and value < 0:
-                raise values.refuse(where, f"has i{2 * 'xyz'[i]} {value:g}; it must not be negative")
             tensor[i, j] = tensor[j, i] = value
+        least, most = tensor.diagonal().min(), tensor.diagonal().max()
+        if least < -max(_ROUNDING * most, _NOTHING):
+            raise values.refuse(where, f"has the moment of inertia {least:g}; it must not be negative")
     return mass, T[:3, 3], T[:3, :3] @ tensor @ T[:3, :3].T
 
 

@@ -2,11 +2,12 @@
 
 import math
 import re
+from html import escape as html_escape
 
 import pandas as pd
 import pytest
 
-from dexterity_study.page import tables
+from dexterity_study.page import markup, tables
 from dexterity_study.page.numbers import readable, with_range, written
 from dexterity_study.page.tables import over_seeds
 
@@ -92,6 +93,33 @@ def test_columns_of_two_levels_have_two_heads():
 
 def test_text_between_dollar_signs_is_a_formula():
     assert r"\(J_s^s\)" in tables.show(pd.Series({"$J_s^s$": 1.0}, name="error")).html
+
+
+HOSTILE = (
+    "<img src=x onerror=run()>",
+    "</td></table><script>run()</script>",
+    "$\\href{javascript:run()}{x}$",
+    "$x$ $\\style{color:red}{y}$ $\\cssId{a}{b}$ $\\require{x}$",
+    "\\(\\href{javascript:run()}{x}\\)",
+    "\\[\\class{a}{b}\\]",
+    "\\begin{math}\\href{javascript:run()}{x}\\end{math}",
+    "5\xa0×\xa010⁻⁻⁻",
+    "1\xa0×\xa010⁹⁹⁹⁹",
+    "9" * 5_000,
+)
+
+
+@pytest.mark.parametrize("name", HOSTILE, ids=range(len(HOSTILE)))
+def test_names_are_inert_in_every_place_of_a_table(name):
+    frame = pd.DataFrame({name: [name, "b"], "error": [1.0, 2.0]}, index=pd.Index([name, "d"], name=name))
+    grouped = pd.DataFrame({(name, "a"): [1.0, 2.0]}, index=pd.MultiIndex.from_tuples([(name, 1), (name, 2)]))
+    ledger = markup.table(name, (name, "b"), {"anchor": [markup.Cell(name, name), markup.Cell("x", name)]})
+    for html in (tables.show(frame).html, tables.show(grouped).html, ledger, markup.folded(name, "")):
+        assert not re.search(r"<(img|script|/td></table)", html)
+        formulas = re.findall(r'<span class="math[^>]*>(.*?)</span>', html)
+        assert all(not re.search(r"\\(href|style|class|cssId|require)", formula) for formula in formulas)
+        rest = re.sub(r'<span class="math[^>]*>.*?</span>', "", html)
+        assert not re.search(r"\\(\(|\[|begin)", rest.replace('data-label="' + html_escape(name), ""))
 
 
 def test_a_dash_stands_for_what_is_no_number():
