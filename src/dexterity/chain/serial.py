@@ -256,10 +256,10 @@ class Chain(Kinematics):
         model = source if isinstance(source, urdf.Model) else urdf.read(source)
         path = model.path(base, tip)
         name = path.name if name is None else name
-        base_frame = torch.eye(4, dtype=torch.float64, device="cpu")
-        geometry.warn_of_millimetres(name, *map(torch.from_numpy, (path.screws, path.home)), base_frame)
+        screws, home = torch.from_numpy(path.screws), torch.from_numpy(path.home)
+        geometry.warn_of_millimetres(name, screws, home, torch.eye(4, dtype=torch.float64, device="cpu"))
         return cls(
-            path.screws, path.home, name=name,
+            screws, home, name=name,
             joint_names=path.joint_names, lower=path.lower, upper=path.upper, rates=path.rates,
             inertias=path.inertias,
         )  # fmt: skip
