@@ -22,12 +22,10 @@ __all__ = ["points"]
 
 def points(dimensions: int, count: int, seed: int) -> Float64[Tensor, "count dimensions"]:
     """Return the first points of a sequence in the unit cube, on the CPU."""
-    given = torch.get_default_dtype()
-    # The engine computes its first point in the default type, of which half precision overflows.
-    torch.set_default_dtype(torch.float32)
-    try:
-        with torch.device("cpu"):
-            engine = torch.quasirandom.SobolEngine(dimensions, scramble=True, seed=seed)
-            return engine.draw(count, dtype=torch.float64)
-    finally:
-        torch.set_default_dtype(given)
+    with torch.device("cpu"):
+        engine = torch.quasirandom.SobolEngine(dimensions, scramble=True, seed=seed)
+        first = engine.quasi.double() / 2**engine.MAXBIT
+        drawn = engine.draw(count, dtype=torch.float64)
+    # The engine computes its first point in torch's default type; here it has single precision, always.
+    drawn[:1] = first.float()
+    return drawn
