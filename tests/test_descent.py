@@ -8,7 +8,7 @@ from torch.testing import assert_close
 
 import dexterity as dx
 from dexterity import spatial
-from dexterity.descent import descend, length_scale
+from dexterity.descent import TwistRows, descend, length_scale
 
 PANDA, UR5E = dx.robots.panda(), dx.robots.ur5e()
 SCARA = dx.Chain.from_dh(
@@ -78,6 +78,37 @@ def test_the_turn_about_the_tool_may_be_left_free():
     arrived = miss < 1e-9
     assert arrived.double().mean() > 0.3
     assert_close(UR5E.forward(q[arrived])[:, :3, 2], wanted[arrived][:, :3, 2], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("frame", ["body", "geometric"])
+@pytest.mark.parametrize("rows", [(0,), (3, 5), (0, 1, 5), (0, 1, 2, 3, 4), (2, 4, 5)])
+def test_rows_have_the_jacobian_of_finite_differences(rows, frame):
+    counted, step = TwistRows(rows, frame), 1e-6
+    q, wanted = within(PANDA, 20, seed=1), PANDA.forward(within(PANDA, 20, seed=2))
+    J = counted.jacobian(PANDA, q, counted.remaining(PANDA.forward(q), wanted))
+    for joint in range(7):
+        ahead, behind = q.clone(), q.clone()
+        ahead[:, joint] += step
+        behind[:, joint] -= step
+        change = counted.remaining(PANDA.forward(ahead), wanted) - counted.remaining(
+            PANDA.forward(behind), wanted
+        )
+        far = counted.remaining(PANDA.forward(q), wanted)[:, 3:].norm(dim=-1) < 3.0  # no jump at half a turn
+        measured = -change[:, rows] / (2 * step)
+        exact = J[..., joint]
+        if set(rows) >= {0, 1, 2}:  # a block that counts in full has the Jacobian without the rotation
+            measured, exact = measured[:, 3:], exact[:, 3:]
+        assert_close(exact[far], measured[far], rtol=1e-4, atol=1e-6)
+
+
+def test_limits_that_are_approached_are_met_from_both_sides():
+    q = within(PANDA, 100, seed=1)
+    outside = q + 0.5 * torch.randn(100, 7, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    ends, miss = descend(PANDA, PANDA.forward(q), outside, limits="approached")
+    arrived = miss < 1e-9
+    assert arrived.double().mean() > 0.7
+    assert ((ends >= PANDA.lower - 1e-9) & (ends <= PANDA.upper + 1e-9))[arrived].all()
+    assert_close(PANDA.forward(ends[arrived]), PANDA.forward(q[arrived]), rtol=0, atol=1e-8)
 
 
 def test_bad_input_is_named():

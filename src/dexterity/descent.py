@@ -31,6 +31,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import torch
 from jaxtyping import Float64
@@ -41,12 +43,62 @@ from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
 from dexterity.spatial.poses import inverse_factor
 
-__all__ = ["descend", "length_scale", "remaining_twist"]
+__all__ = ["RowFrame", "TwistRows", "descend", "length_scale"]
 
-_DAMPING = 1e-9
+RowFrame: TypeAlias = Literal["body", "geometric"]
+"""Axes of rows, those of the tool or those of the world, with the words of an index's frame."""
+
+_DAMPING = 1e-13  # small, so that poses at singular configurations are met to the last digits
 _LARGEST_DAMPING = 0.25  # with more, steps towards poses far away would be tiny
 _LARGEST_TURN = 0.7  # [rad] in a step, beyond which the linearisation means nothing
 _PATIENCE, _PROGRESS = 5, 0.5  # a start leaves if its error has not been halved in five steps
+
+
+@dataclass(frozen=True)
+class TwistRows:
+    """Components of the twist that remains to a wanted pose, and the axes along which they are.
+
+    Attributes
+    ----------
+    numbers
+        Of the rows, 0–2 of the translation and 3–5 of the rotation vector.
+    frame
+        ``"body"`` for axes of the tool, ``"geometric"`` for axes of the world; where all three rows of a kind
+        count, it makes no difference.
+    """
+
+    numbers: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    frame: RowFrame = "body"
+
+    def remaining(self, T: Tensor, wanted: Tensor) -> Tensor:
+        """Return translations and rotation vectors (k, 6) from poses to wanted ones, along the axes."""
+        R = T[:, :3, :3].mT @ wanted[:, :3, :3]
+        shift = (T[:, :3, :3].mT @ (wanted[:, :3, 3] - T[:, :3, 3])[:, :, None])[:, :, 0]
+        twist = torch.stack([shift, _rotation_vector(R)], 1)
+        if self.frame == "geometric":
+            twist = twist @ T[:, :3, :3].mT
+        return twist.flatten(1)
+
+    def jacobian(self, chain: Chain, q: Tensor, twist: Tensor) -> Tensor:
+        """Return the derivatives (k, m, n) of the remaining rows, but for their sign.
+
+        Where all three rows of a block count, the Jacobian leads to the pose as well and costs less.
+        Where one is free, the others must be right even if the free one is far from zero.
+        """
+        body = self.frame == "body"
+        J = chain.body_jacobian(q) if body else chain.geometric_jacobian(q)
+        v, omega = J[:, :3], J[:, 3:]
+        if body and self._in_part(0, 1, 2):
+            v = v - spatial.hat(twist[:, :3]) @ omega
+        if self._in_part(3, 4, 5):
+            phi = twist[:, 3:]
+            W = spatial.hat(phi if body else -phi)
+            factor = inverse_factor(phi.square().sum(-1).clamp(max=math.pi**2))[:, None, None]
+            omega = omega - W @ omega / 2 + factor * (W @ (W @ omega))
+        return torch.cat([v, omega], dim=1)[:, list(self.numbers)]
+
+    def _in_part(self, *block: int) -> bool:
+        return 0 < len(set(block) & set(self.numbers)) < 3
 
 
 @torch.no_grad()
@@ -56,27 +108,33 @@ def descend(
     start: TensorLike,
     *,
     rows: Sequence[int] = range(6),
+    frame: RowFrame = "body",
     steps: int = 40,
     tolerance: float = 1e-10,
+    limits: Literal["kept", "approached"] = "kept",
 ) -> tuple[Float64[Tensor, "k n"], Float64[Tensor, " k"]]:
     """Bring tools to poses, each from one start, and say how much is missing.
 
     Parameters
     ----------
     chain
-        A chain; its limits are respected throughout, ends included. Joints that turn all the way round are
-        led from one end to the other.
+        A chain. Joints that turn all the way round are led from one end of their limits to the other.
     T_world_tool
         (k, 4, 4) wanted poses of the tool.
     start
         (k, n) joint values to start from, [rad] or [m].
     rows
-        Which components of the remaining twist must vanish, 0–2 of its translation and 3–5 of its rotation,
-        along the axes of the tool; 0–4 leave the turn about its z axis free.
+        Which components of the remaining twist must vanish, 0–2 of its translation and 3–5 of its rotation;
+        0–4 leave the turn about the z axis free.
+    frame
+        Axes of the rows: ``"body"`` for those of the tool, ``"geometric"`` for those of the world.
     steps
         Largest number of steps.
     tolerance
         Miss with which a start has arrived.
+    limits
+        ``"kept"``: limits are respected throughout, ends included. ``"approached"``: they may be exceeded on
+        the way, and what exceeds them at the end is part of the miss.
 
     Returns
     -------
@@ -94,15 +152,15 @@ def descend(
         raise ValueError(f"T_world_tool has shape {tuple(T.shape)}; (k, 4, 4) is needed")
     if q.shape[:-1] != T.shape[:1]:
         raise ValueError(f"start has shape {tuple(q.shape)}; ({len(T)}, {chain.joints}) is needed")
-    chosen, stay = list(rows), _Limits(chain, q.device)
+    counted = TwistRows(tuple(rows), frame)
+    stay = (_Limits if limits == "kept" else _Approached)(chain, q.device)
     q, at = stay.within(q), torch.arange(len(q), device=q.device)
     ends, misses = q.clone(), q.new_full((len(q),), math.inf)
     earlier = misses.clone()
-    weights = q.new_tensor([1 / length_scale(chain)] * 3 + [1.0] * 3)[chosen]
-    identity = torch.eye(len(chosen), dtype=q.dtype, device=q.device)
+    weights = q.new_tensor([1 / length_scale(chain)] * 3 + [1.0] * 3)[list(counted.numbers)]
     for step in range(steps + 1):
-        twist = remaining_twist(chain.forward(q), T)
-        error = weights * twist[:, chosen]
+        twist = counted.remaining(chain.forward(q), T)
+        error = torch.cat([weights * twist[:, counted.numbers], stay.excess(q)], 1)
         miss = error.square().sum(-1)
         leaves = miss < tolerance**2
         if step == steps:
@@ -117,9 +175,8 @@ def descend(
             )
             if not len(q):
                 break
-        J = weights[:, None] * _twist_jacobian(chain.body_jacobian(q), twist, chosen)[:, chosen]
-        damping = ((miss / 2).clamp(max=_LARGEST_DAMPING) + _DAMPING)[:, None, None] * identity
-        q = stay.moved(q, J, error, damping)
+        J = torch.cat([weights[:, None] * counted.jacobian(chain, q, twist), stay.slopes(q)], 1)
+        q = stay.moved(q, J, error, (miss / 2).clamp(max=_LARGEST_DAMPING) + _DAMPING)
     return ends, misses
 
 
@@ -144,59 +201,77 @@ class _Limits:
         self._middle = torch.where(middle.isfinite(), middle, 0.0)
 
     def within(self, q: Tensor) -> Tensor:
-        turned = q - math.tau * torch.round((q - self._middle) / math.tau)
-        q = torch.where(self.endless, turned, q)
+        """Lead endless joints round, and the others to their limits."""
+        q = torch.where(self.endless, self._turned(q), q)
         return torch.minimum(torch.maximum(q, self.lower), self.upper)
+
+    def _turned(self, q: Tensor) -> Tensor:
+        return q - math.tau * torch.round((q - self._middle) / math.tau)
+
+    def excess(self, q: Tensor) -> Tensor:
+        """Return errors (k, e) of joints beyond their limits; none, for joint values that keep them."""
+        return q[:, :0]
+
+    def slopes(self, q: Tensor) -> Tensor:
+        """Return the derivatives (k, e, n) of the excess, but for their sign."""
+        return q.new_zeros(len(q), 0, q.shape[1])
 
     def moved(self, q: Tensor, J: Tensor, error: Tensor, damping: Tensor) -> Tensor:
         """Make a step (k, n); where joints would leave their limits, the step is that of the others."""
         step = _damped_step(J, error, damping)
-        aim = q + self._shortened(step)
-        leaving = ~self.endless & ((aim < self.lower) | (aim > self.upper))
-        held = leaving.any(-1)
-        if held.any():
-            fixed = leaving[held]
-            others = _damped_step(J[held].masked_fill(fixed[:, None], 0.0), error[held], damping[held])
-            step[held] = torch.where(fixed, step[held], others)
+        held = torch.zeros_like(q, dtype=torch.bool)
+        for _ in range(q.shape[1]):
+            aim = q + self._shortened(step)
+            leaving = ~self.endless & ~held & ((aim < self.lower) | (aim > self.upper))
+            more = leaving.any(-1)
+            if not more.any():
+                break
+            # A joint that is held goes as far as its limit; its step is no longer part of what others do.
+            held |= leaving
+            fixed = held[more]
+            others = _damped_step(J[more].masked_fill(fixed[:, None], 0.0), error[more], damping[more])
+            step[more] = torch.where(fixed, step[more], others)
         return self.within(q + self._shortened(step))
 
     def _shortened(self, step: Tensor) -> Tensor:
         return torch.where(self._revolute, step.clamp(-_LARGEST_TURN, _LARGEST_TURN), step)
 
 
+class _Approached(_Limits):
+    """Limits that a step may exceed, at the price of an error."""
+
+    def __init__(self, chain: Chain, device: torch.device) -> None:
+        super().__init__(chain, device)
+        self._weights = torch.where(self._revolute, 1.0, 1 / length_scale(chain)).double()
+
+    def within(self, q: Tensor) -> Tensor:
+        """Turn joints to the copy nearest to the middle of their limits."""
+        return torch.where(self._revolute, self._turned(q), q)
+
+    def excess(self, q: Tensor) -> Tensor:
+        return self._weights * (torch.minimum(torch.maximum(q, self.lower), self.upper) - q)
+
+    def slopes(self, q: Tensor) -> Tensor:
+        return torch.diag_embed(torch.where(self.excess(q) != 0, self._weights, 0.0))
+
+    def moved(self, q: Tensor, J: Tensor, error: Tensor, damping: Tensor) -> Tensor:
+        return self.within(q + self._shortened(_damped_step(J, error, damping)))
+
+
 def _damped_step(J: Tensor, error: Tensor, damping: Tensor) -> Tensor:
-    inner = torch.baddbmm(damping, J, J.mT)
+    identity = torch.eye(J.shape[1], dtype=J.dtype, device=J.device)
+    inner = torch.baddbmm(damping[:, None, None] * identity, J, J.mT)
     return (J.mT @ torch.linalg.solve(inner, error[:, :, None]))[:, :, 0]
 
 
-def _twist_jacobian(J: Tensor, twist: Tensor, rows: list[int]) -> Tensor:
-    """Return the derivatives (k, 6, n) of the remaining twist, but for their sign.
-
-    Where all three rows of a block count, the body Jacobian leads to the pose as well and costs less.
-    Where one is free, the others must be right even if the free one is far from zero.
-    """
-    v, omega = J[:, :3], J[:, 3:]
-    if 0 < len({0, 1, 2} & set(rows)) < 3:
-        v = v - spatial.hat(twist[:, :3]) @ omega
-    if 0 < len({3, 4, 5} & set(rows)) < 3:
-        phi = twist[:, 3:]
-        W = spatial.hat(phi)
-        factor = inverse_factor(phi.square().sum(-1).clamp(max=math.pi**2))[:, None, None]
-        omega = omega - W @ omega / 2 + factor * (W @ (W @ omega))
-    return torch.cat([v, omega], dim=1)
-
-
-def remaining_twist(T: Tensor, wanted: Tensor) -> Tensor:
-    """Return translation and rotation vector (k, 6) from poses to wanted ones, along axes of the tool."""
-    R = T[:, :3, :3].mT @ wanted[:, :3, :3]
-    shift = (T[:, :3, :3].mT @ (wanted[:, :3, 3] - T[:, :3, 3])[:, :, None])[:, :, 0]
+def _rotation_vector(R: Tensor) -> Tensor:
+    """Rotation vectors (k, 3) of rotations, and of half a turn about any axis that does for a step."""
     skew = torch.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], -1)
     sine, cosine = skew.norm(dim=-1), R.diagonal(dim1=-2, dim2=-1).sum(-1) - 1
-    # At half a turn the skew part vanishes and any axis does for a step: the next one is not at half a turn.
+    # At half a turn the skew part vanishes: the next step is not at half a turn.
     angle = torch.where(sine > 0, torch.atan2(sine, cosine) / sine.clamp(min=1e-300), 0.5)
     half_turn = (cosine < 0) & (sine < 1e-9)
-    rotation = torch.where(half_turn[:, None], math.pi * _some_axis(R), angle[:, None] * skew)
-    return torch.cat([shift, rotation], -1)
+    return torch.where(half_turn[:, None], math.pi * _some_axis(R), angle[:, None] * skew)
 
 
 def _some_axis(R: Tensor) -> Tensor:

@@ -139,6 +139,60 @@ def test_chosen_rows_vanish_along_the_axes_of_the_tool(rows):
     assert remaining.abs().amax(-1)[found.usable].max() < 1e-8
 
 
+ROWS_OF_THE_WORLD = [
+    "translational",
+    ("vx", "vy", "wz"),
+    ("vx", "vy", "vz", "wx", "wy"),
+    ("vz",),
+    ("wx", "vy"),
+]
+
+
+@pytest.mark.parametrize("rows", ROWS_OF_THE_WORLD)
+def test_chosen_rows_vanish_along_the_axes_of_the_world(rows):
+    T = PANDA.forward(random_configurations(PANDA, 10))
+    found = solve(PANDA, T, rows=rows, frame="geometric", seeds=8)
+    assert found.reached.all()
+    actual, wanted = PANDA.forward(found.q), T[:, None]
+    turn = spatial.log(spatial.pose(wanted[..., :3, :3] @ actual[..., :3, :3].mT, [0, 0, 0]))[..., 3:]
+    remaining = torch.cat([wanted[..., :3, 3] - actual[..., :3, 3], turn], -1)
+    numbers = dx.indices.rows.row_numbers(rows)
+    assert remaining[..., list(numbers)].abs().amax(-1)[found.usable].max() < 1e-8
+    if len(numbers) < 5:  # and what is free is used
+        assert remaining.abs().amax(-1)[found.usable].max() > 0.1
+
+
+def test_the_axis_of_the_tool_alone_or_the_heading_alone():
+    """Five rows: the spin about the tool's z axis is free, or that about the vertical."""
+    rows = ("vx", "vy", "vz", "wx", "wy")
+    T = UR5.forward(random_configurations(UR5, 10))
+    spun, turned = solve(UR5, T, rows=rows, seeds=16), solve(UR5, T, rows=rows, frame="geometric", seeds=16)
+    for found, column in (
+        (spun, UR5.forward(spun.q)[..., :3, 2]),
+        (turned, UR5.forward(turned.q)[..., 2, :3]),
+    ):
+        wanted = (T[:, None, :3, 2] if found is spun else T[:, None, 2, :3]).expand_as(column)
+        assert found.reached.all()
+        assert_close(column[found.usable], wanted[found.usable], rtol=0, atol=1e-8)
+        assert ((UR5.forward(found.q) - T[:, None]).abs().amax((-2, -1))[found.usable] > 0.1).any()
+
+
+def test_a_planar_task_of_the_world_whatever_the_tool_looks_like():
+    """Three links in a plane with a tool that is tilted: its own axes say nothing about the plane."""
+    tilted = PLANAR.with_tool(spatial.from_rpy([0.7, 0.4, 0.2]))
+    q = random_configurations(PLANAR, 10)
+    T = spatial.compose(spatial.translation(0, 0, 0.3), tilted.forward(q))
+    found = solve(tilted, T, rows=("vx", "vy", "wz"), frame="geometric", seeds=16)
+    assert (found.count == 2).all()
+    assert apart(found.q, q[:, None]).amin(-1).max() < 1e-6
+
+
+def test_full_rows_are_the_same_along_all_axes():
+    T = PANDA.forward(random_configurations(PANDA, 5))
+    body, world = (solve(PANDA, T, seeds=4, frame=frame) for frame in ("body", "geometric"))
+    assert_close(body.q, world.q, rtol=0, atol=1e-6)
+
+
 def test_a_free_rotation_is_used():
     """A tool whose rotation about its axis is free reaches more."""
     T = PANDA.forward(random_configurations(PANDA, 60))
@@ -365,6 +419,8 @@ def test_what_values_decide_about_is_refused_where_there_are_none():
         ({"rows": "linear"}, ValueError, r"^rows is 'linear'"),
         ({"rows": 3}, TypeError, r"^rows is 3"),
         ({"rows": ()}, ValueError, r"^rows is \(\)"),
+        ({"frame": "spatial"}, ValueError, r"^frame is 'spatial'"),
+        ({"frame": 3}, (TypeError, ValueError), r"^frame is 3"),
         ({"seeds": 0}, ValueError, r"^seeds is 0"),
         ({"seeds": 2.5}, TypeError, r"^seeds is 2.5"),
         ({"enough": 0}, ValueError, r"^enough is 0"),
@@ -407,24 +463,106 @@ def test_bad_poses_are_refused_by_name(T):
         jaxtyping.config.update("jaxtyping_disable", False)
 
 
-@pytest.mark.parametrize(("name", "at_limits"), [("reach_bravo7", 3), ("panda", 7), ("reach_alpha5", 4)])
-def test_a_search_finds_configurations_in_corners_of_the_limits(name, at_limits):
-    """Of the kind of dart#1449 and moveit#598, for chains without a closed form: joints exactly at limits."""
+ROBOTS = [name for name in dx.robots.names() if dx.robots.load(name).lower.isfinite().any()]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_search_finds_configurations_in_corners_of_the_limits(name):
+    """Of the kind of dart#1449 and moveit#598: one joint, half of them, and all exactly at a limit."""
     chain = dx.robots.load(name)
     random = np.random.default_rng(3)
-    lower = chain.lower.clamp(min=-math.pi).numpy()
-    upper = chain.upper.clamp(max=math.pi).numpy()
-    q = random.uniform(lower, upper, (30, chain.joints))
-    for row in q:
+    lower, upper = chain.lower.clamp(min=-math.pi).numpy(), chain.upper.clamp(max=math.pi).numpy()
+    q = random.uniform(lower, upper, (18, chain.joints))
+    for row, at_limits in zip(q, [1, chain.joints // 2, chain.joints] * 6, strict=True):
         for joint in random.permutation(chain.joints)[:at_limits]:
             row[joint] = random.choice([lower[joint], upper[joint]])
+    q[:, (chain.rates == 0).numpy()] = 0
     rows = "full" if chain.joints >= 6 else "translational"
-    regular = dx.Index("kci", "geometric", rows=rows)(chain, q) > 1e-3
-    assert regular.sum() > 10
-    found = dx.inverse_kinematics.solve(chain, chain.forward(q))
-    assert found.method == "search"
-    assert found.reached[regular].all()
-    assert (found.q[..., 0, :] >= chain.lower - 1e-9).all()
+    # Singular configurations are among them, where a search comes to its pose slowly.
+    found = solve(chain, chain.forward(q), rows=rows, method="search")
+    assert found.reached.all()
+    best = found.q[..., 0, :]
+    assert ((best >= chain.lower - 1e-9) & (best <= chain.upper + 1e-9)).all()
+
+
+# ---- other kinds of limits, seeds and poses -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("chain", [UR5, PANDA], ids=["closed form", "search"])
+def test_no_poses_give_no_solutions(chain):
+    for shape in ((0,), (2, 0), (0, 3)):
+        found = solve(chain, torch.zeros(*shape, 4, 4), seeds=4)
+        assert found.reached.shape == found.count.shape == shape
+        assert found.q.shape == (*shape, found.q.shape[-2], chain.joints)
+        assert solve(chain, torch.zeros(*shape, 4, 4), near=chain.home.new_zeros(chain.joints)).q.numel() == 0
+
+
+@pytest.mark.parametrize("chain", [UR5, PANDA], ids=["closed form", "search"])
+def test_poses_in_single_precision_and_right_to_six_digits(chain):
+    T = chain.forward(random_configurations(chain, 4))
+    printed = T.clone()
+    printed[:, :3] = (T[:, :3] * 1e6).round() / 1e6
+    for rough in (T.float(), T.float().numpy(), printed, printed.tolist()):
+        found = solve(chain, rough, seeds=16)
+        assert found.reached.all()
+        assert (chain.forward(found.q) - T[:, None]).abs().amax((-2, -1))[found.usable].max() < 5e-6
+
+
+@pytest.mark.parametrize("method", ["auto", "search"])
+def test_limits_that_leave_one_value_or_less_than_the_tolerance(method):
+    q = torch.tensor([0.3, -1.0, 1.2, -0.5, 0.8, 0.2], dtype=torch.float64)
+    for width in (0.0, 1e-12):
+        lower, upper = UR5.lower.clone(), UR5.upper.clone()
+        lower[2], upper[2] = q[2] - width, q[2] + width
+        narrow = dx.Chain(UR5.screws, UR5.home, lower=lower, upper=upper)
+        found = solve(narrow, narrow.forward(q), method=method)
+        assert found.reached
+        assert apart(found.q[found.usable], q).amin() < 1e-6
+        assert (found.q[found.usable][:, 2] - q[2]).abs().max() < 2e-9
+
+
+@pytest.mark.parametrize("chain", [UR5, PANDA], ids=["closed form", "search"])
+def test_a_seed_beyond_the_limits_is_one_to_be_near_to(chain):
+    q = random_configurations(chain, 3)
+    far = q + 20 * math.tau
+    found = solve(chain, chain.forward(q), near=far, seeds=16)
+    assert found.reached.all()
+    assert dx.inverse_kinematics.within_limits(chain, found.q[:, 0]).all()
+    distances = torch.where(found.usable, (found.q - far[:, None]).norm(dim=-1), torch.inf)
+    assert (distances[:, 0] == distances.amin(-1)).all()
+
+
+def test_limits_away_from_zero_and_windings_in_a_search():
+    """KUKA's ±350°, and limits that hold several turns, none of them about zero."""
+    lower = UR5.lower + torch.tensor([10.0, 0, 20, -9, 0, 3])
+    chain = dx.Chain(UR5.screws, UR5.home, lower=lower, upper=lower + 4 * math.pi)
+    q = torch.tensor([0.3, -1.0, 1.2, -0.5, 0.8, 0.2], dtype=torch.float64)
+    exact, searched = solve(chain, chain.forward(q)), solve(chain, chain.forward(q), method="search")
+    assert exact.count == searched.count == 8
+    assert dx.inverse_kinematics.within_limits(chain, searched.q[searched.usable]).all()
+    assert len(exact.copies()) == len(searched.copies()) == 8 * 2**6
+
+
+def test_the_nearest_by_weighted_distance():
+    q = torch.tensor([0.3, -1.0, 1.2, -0.5, 0.8, 0.2], dtype=torch.float64)
+    found, seed = solve(UR5, UR5.forward(q)), q + 0.9
+    for joint in range(6):
+        weights = torch.full((6,), 1e-9)
+        weights[joint] = 1.0
+        nearest, some = found.nearest(seed, weights)
+        assert some
+        away = spatial.wrap_to_pi(found.q[found.usable][:, joint] - seed[joint]).abs()
+        assert (nearest[joint] - seed[joint]).abs() == pytest.approx(float(away.min()), abs=1e-6)
+    for wrong in ([1.0] * 5, [-1.0] + [1.0] * 5, [math.nan] * 6):
+        with pytest.raises(ValueError, match=r"^weights is"):
+            found.nearest(seed, wrong)
+
+
+def test_solutions_become_arrays():
+    found = solve(PANDA, PANDA.forward(READY), seeds=4)
+    for name in ("q", "valid", "within_limits", "residual", "usable", "count", "reached"):
+        array = np.asarray(getattr(found, name))
+        assert array.shape == tuple(getattr(found, name).shape)
 
 
 def test_a_locked_joint_stays_where_it_is_though_a_pose_is_out_of_reach():

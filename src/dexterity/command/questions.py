@@ -128,6 +128,7 @@ def rank(
         "ik panda --pose 0.4,0,0.5,pi,0,0",
         "ik ur5e --poses weld.csv --near 0,-pi/2,pi/2,0,pi/2,0 --csv",
         "ik arm.urdf --pose 0.3,0.1,0.2 --rows translational",
+        "ik scara.urdf --pose 0.3,0.1,0.2,0,0,pi/2 --rows vx,vy,vz,wz --frame geometric",
     )
 )
 @grouped
@@ -138,6 +139,9 @@ def ik(
     rows: Annotated[
         str, typer.Option("--rows", help="Rows of the tool's twist that count, such as translational.")
     ] = "full",
+    frame: Annotated[
+        str, typer.Option("--frame", help="Axes of the rows: body (the tool's) or geometric (the world's).")
+    ] = "body",
     near: Annotated[
         str | None, typer.Option("--near", help="Configuration of the robot: the nearest come first.")
     ] = None,
@@ -162,6 +166,7 @@ def ik(
         poses.read(),
         beyond_limits=beyond_limits,
         rows=inputs.rows(rows),
+        frame=frame,
         near=None if near is None else numbers(near, "--near", chain.joints),
         seeds=seeds,
         limit_tolerance=limit_tolerance,

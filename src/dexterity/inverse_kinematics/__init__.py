@@ -23,6 +23,7 @@ from dexterity.inverse_kinematics.null_space import (
     null_space_step,
 )
 from dexterity.inverse_kinematics.parallel_axes import three_parallel_axes
+from dexterity.inverse_kinematics.slices import slices
 from dexterity.inverse_kinematics.solutions import SeedsEnded, Solutions
 from dexterity.inverse_kinematics.solver import solve
 from dexterity.inverse_kinematics.subproblems import subproblem_1, subproblem_2, subproblem_3, subproblem_4
@@ -39,6 +40,7 @@ __all__ = [
     "nearest_copy",
     "null_space_projector",
     "null_space_step",
+    "slices",
     "solve",
     "spherical_shoulder",
     "spherical_wrist",

@@ -15,29 +15,16 @@ True
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass
 
-import torch
-from torch import Tensor
-
-from dexterity import checks, spatial
+from dexterity import checks
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.parallel_axes import parallel_branches, parallel_geometry
-from dexterity.inverse_kinematics.wrists import geometry_of, reversed_arm, wrist_branches
+from dexterity.inverse_kinematics.branches import Form
+from dexterity.inverse_kinematics.parallel_axes import PARALLEL_AXES
+from dexterity.inverse_kinematics.wrists import SHOULDER, WRIST
 
-__all__ = ["closed_form", "geometric_miss"]
+__all__ = ["closed_form", "form_of", "geometric_miss", "reasons"]
 
-Branches = Callable[[Chain, Tensor], tuple[Tensor, Tensor, Tensor]]
-
-
-@dataclass(frozen=True)
-class Form:
-    """A closed form that a chain has: its name, its branches at poses, and what its conditions miss."""
-
-    name: str
-    branches: Branches
-    miss: float
+_FORMS = (WRIST, PARALLEL_AXES, SHOULDER)
 
 
 def closed_form(chain: Chain) -> str | None:
@@ -68,40 +55,24 @@ def geometric_miss(chain: Chain) -> float:
     form = form_of(checks.instance(chain, "chain", Chain))
     if form is None:
         raise ValueError(f"chain {chain.name!r} has no closed form, and so no condition to miss")
-    return form.miss
+    return form.miss(chain)
 
 
-@functools.lru_cache(maxsize=32)
 def form_of(chain: Chain) -> Form | None:
     """First closed form whose conditions a chain fulfils."""
-    for name, branches, measured in _candidates(chain):
-        try:
-            return Form(name, branches, measured())
-        except ValueError:
-            continue
-    return None
+    return next((form for form in _FORMS if _reason(form, chain) is None), None)
 
 
 def reasons(chain: Chain) -> str:
     """Why a chain has none of the closed forms, in words."""
-    texts = []
-    for _, _, measured in _candidates(chain):
-        try:
-            measured()
-        except ValueError as error:
-            texts.append(str(error))
-    return "; ".join(dict.fromkeys(texts))
+    return "; ".join(dict.fromkeys(filter(None, (_reason(form, chain) for form in _FORMS))))
 
 
-def _candidates(chain: Chain) -> list[tuple[str, Branches, Callable[[], float]]]:
-    cpu = torch.device("cpu")
-    return [
-        ("spherical wrist", wrist_branches, lambda: geometry_of(chain, cpu).miss),
-        ("three parallel axes", parallel_branches, lambda: parallel_geometry(chain, cpu)[0].miss),
-        ("spherical shoulder", _shoulder_branches, lambda: geometry_of(reversed_arm(chain), cpu).miss),
-    ]
-
-
-def _shoulder_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    q, valid, miss = wrist_branches(reversed_arm(arm), spatial.inverse(T))
-    return q.flip(-1), valid, miss
+@functools.lru_cache(maxsize=128)
+def _reason(form: Form, chain: Chain) -> str | None:
+    """Why a chain does not fulfil the conditions of a closed form; None if it does."""
+    try:
+        form.miss(chain)
+    except ValueError as error:
+        return str(error)
+    return None

@@ -26,7 +26,7 @@ weights.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_args
 
 import torch
 from jaxtyping import Float64
@@ -34,7 +34,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
-from dexterity.descent import remaining_twist
+from dexterity.descent import RowFrame, TwistRows
 from dexterity.indices.rows import Rows, row_numbers
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import ROUNDING
@@ -112,6 +112,7 @@ def null_space_step(
     gain: float = 0.1,
     pose: TensorLike | None = None,
     rows: Rows = "full",
+    frame: RowFrame = "body",
     weights: TensorLike | None = None,
 ) -> Float64[Tensor, "*batch n"]:
     """Move joints along a gradient while the tool stays at its pose and the joints within their limits.
@@ -134,7 +135,9 @@ def null_space_step(
     pose
         (..., 4, 4) pose to hold; that of `q` by default. Give it where steps follow each other.
     rows
-        Which components of the tool's twist are held, along the axes of the tool: names or numbers.
+        Which components of the tool's twist are held: names or numbers.
+    frame
+        Axes of the rows: ``"body"`` for those of the tool, ``"geometric"`` for those of the world.
     weights
         (n,) positive costs of joint motion; 1 by default, ``math.inf`` holds a joint.
 
@@ -173,8 +176,10 @@ def null_space_step(
     held = chain.forward(q) if pose is None else spatial.require_rigid(pose, "pose")
     held = held.expand(*q.shape[:-1], 4, 4)
     flat = q.reshape(-1, chain.joints)
-    direction = null_direction(chain, flat, gradient.reshape(flat.shape), row_numbers(rows), weights)
-    moved = held_step(chain, flat, gain * direction, held.reshape(-1, 4, 4), row_numbers(rows), weights)
+    checks.choice(frame, "frame", get_args(RowFrame))
+    counted = TwistRows(row_numbers(rows), frame)
+    direction = null_direction(chain, flat, gradient.reshape(flat.shape), counted, weights)
+    moved = held_step(chain, flat, gain * direction, held.reshape(-1, 4, 4), counted, weights)
     return moved.reshape(q.shape)
 
 
@@ -209,10 +214,10 @@ def slope(objective: Objective, q: Float64[Tensor, "*batch n"]) -> Float64[Tenso
 
 
 def null_direction(
-    chain: Chain, q: Tensor, gradient: Tensor, rows: tuple[int, ...], weights: TensorLike | None
+    chain: Chain, q: Tensor, gradient: Tensor, rows: TwistRows, weights: TensorLike | None
 ) -> Tensor:
     """Directions (N, n) in the null space in which objectives rise, and that no limit stops at once."""
-    J = chain.body_jacobian(q)[:, list(rows)]
+    J = rows.jacobian(chain, q, q.new_zeros(len(q), 6))
     lower, upper = chain.lower.to(q.device), chain.upper.to(q.device)
     ease = _ease(weights, J).expand_as(q) * (chain.rates.to(q.device) > 0)
     # Holding joints changes where the others go: as many rounds as joints may be needed.
@@ -228,7 +233,7 @@ def null_direction(
 
 
 def held_step(
-    chain: Chain, q: Tensor, step: Tensor, pose: Tensor, rows: tuple[int, ...], weights: TensorLike | None
+    chain: Chain, q: Tensor, step: Tensor, pose: Tensor, rows: TwistRows, weights: TensorLike | None
 ) -> Tensor:
     """Return q + step (N, n) brought back to poses (N, 4, 4) within the limits, halved where that fails."""
     ease = _ease(weights, step).expand_as(q) * (chain.rates.to(q.device) > 0)
@@ -244,17 +249,18 @@ def held_step(
 
 
 def _brought_back(
-    chain: Chain, q: Tensor, pose: Tensor, rows: tuple[int, ...], ease: Tensor
+    chain: Chain, q: Tensor, pose: Tensor, rows: TwistRows, ease: Tensor
 ) -> tuple[Tensor, Tensor]:
     """Newton's method to poses (N, 4, 4) from joint values (N, n) close by, and what is missing (N)."""
     lower, upper = chain.lower.to(q.device), chain.upper.to(q.device)
-    damping = _NEWTON_DAMPING * torch.eye(len(rows), dtype=q.dtype, device=q.device)
+    damping = _NEWTON_DAMPING * torch.eye(len(rows.numbers), dtype=q.dtype, device=q.device)
     q = q.clamp(lower, upper)
     for _ in range(_NEWTON_STEPS):
-        error = remaining_twist(chain.forward(q), pose)[:, list(rows)]
+        twist = rows.remaining(chain.forward(q), pose)
+        error = twist[:, rows.numbers]
         if not len(q) or error.abs().max() < _NEWTON_DIGITS:
             break
-        J = chain.body_jacobian(q)[:, list(rows)] * ease[:, None, :]
+        J = rows.jacobian(chain, q, twist) * ease[:, None, :]
         inner = J @ J.mT + damping
         step = ease * (J.mT @ torch.linalg.solve(inner, error[..., None]))[..., 0]
         outwards = ((q >= upper) & (step > 0)) | ((q <= lower) & (step < 0))
@@ -262,7 +268,7 @@ def _brought_back(
             J = J.masked_fill(outwards[:, None, :], 0.0)
             step = ease * (J.mT @ torch.linalg.solve(J @ J.mT + damping, error[..., None]))[..., 0]
         q = (q + step).clamp(lower, upper)
-    error = remaining_twist(chain.forward(q), pose)[:, list(rows)]
+    error = rows.remaining(chain.forward(q), pose)[:, rows.numbers]
     return q, error.abs().amax(-1)
 
 

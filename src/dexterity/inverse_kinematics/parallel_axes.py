@@ -30,22 +30,21 @@ Examples
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import checks, spatial
+from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished, require_values
+from dexterity.inverse_kinematics.branches import Form
+from dexterity.inverse_kinematics.refinement import arm_size
 from dexterity.inverse_kinematics.subproblems import Line, about_two, solved
-from dexterity.inverse_kinematics.wrists import reversed_arm
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import SIX_DIGITS
 
-__all__ = ["three_parallel_axes"]
+__all__ = ["PARALLEL_AXES", "three_parallel_axes"]
 
 _FREE = 1e-10  # sine of the angle between axis 6 and the parallel axes below which joint 6 is free
 _DOUBLE = 1e-7  # difference of two roots [rad] that rounding makes of a double one
@@ -80,36 +79,7 @@ def three_parallel_axes(
     ValueError
         If the arm is not such an arm, or a pose is not rigid or not finite.
     """
-    checks.instance(arm, "arm", Chain)
-    T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
-    q, valid, _ = parallel_branches(arm, T)
-    return q, valid
-
-
-def parallel_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Branches (..., 8, 6), which are valid (..., 8), and their misses (..., 8)."""
-    geometry, seen_from_tool = parallel_geometry(arm, T.device)
-    if seen_from_tool:
-        q, valid, miss = parallel_branches(reversed_arm(arm), spatial.inverse(T))
-        return q.flip(-1), valid, miss
-    from_home = spatial.inverse(arm.home).to(T.device)
-
-    def some(T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        q = geometry.branches(T @ from_home)
-        return polished(arm, q, T[..., None, :, :], geometry.size, geometry.miss)
-
-    return in_pieces(some, T)
-
-
-@functools.lru_cache(maxsize=8)
-def parallel_geometry(arm: Chain, device: torch.device) -> tuple[ParallelGeometry, bool]:
-    """Geometry of an arm, or of the arm seen from its tool, and which of both."""
-    # Cached tensors must serve callers that differentiate, whatever the mode of the first one.
-    with torch.inference_mode(False), device:
-        try:
-            return ParallelGeometry.of(arm, device), False
-        except ValueError:
-            return ParallelGeometry.of(reversed_arm(arm), device), True
+    return PARALLEL_AXES(arm, T_base_tool)
 
 
 @dataclass(frozen=True)
@@ -194,6 +164,9 @@ class ParallelGeometry:
         first, fifth, sixth = joints
         p = six.turned(five.turned(point.expand(*fifth.shape, 3), -fifth), -sixth)
         return one.turned(spatial.apply(g[..., None, None, :, :], p), -first)
+
+
+PARALLEL_AXES = Form("three parallel axes", ParallelGeometry.of, ("base", "tool"))
 
 
 def _merged(angles: Tensor) -> Tensor:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 
 import torch
 from torch import Tensor
@@ -26,24 +25,14 @@ from dexterity.chain import Chain
 from dexterity.descent import descend
 from dexterity.spatial.tolerances import ROUNDING
 
-__all__ = ["arm_size", "in_pieces", "polished", "pose_miss"]
+__all__ = ["arm_size", "polished", "pose_miss", "require_values"]
 
-_AT_ONCE = 4096  # poses
 _NO_VALUES = (
     "poses have no values here, and values decide how they are solved: torch.compile, torch.export, "
     "torch.func.vmap and the device meta are not possible; give a batch (..., 4, 4)"
 )
 _DIGITS = 1e-12  # a miss below this needs no step
 _REACH = 0.1  # miss from which a branch is improved where the description is right to six digits
-
-
-def in_pieces(
-    branches: Callable[[Tensor], tuple[Tensor, Tensor, Tensor]], T: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Branches of poses (..., 4, 4), some at a time: what they need is far larger than the answer."""
-    pieces = [branches(some) for some in T.reshape(-1, 4, 4).split(_AT_ONCE)]
-    q, valid, miss = (torch.cat(parts) for parts in zip(*pieces, strict=True))
-    return tuple(x.reshape(*T.shape[:-2], *x.shape[1:]) for x in (q, valid, miss))  # type: ignore[return-value]
 
 
 def require_values(T: Tensor) -> Tensor:

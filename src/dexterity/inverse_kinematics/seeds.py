@@ -8,10 +8,11 @@ Examples
 --------
 >>> import torch
 >>> import dexterity as dx
+>>> from dexterity.descent import TwistRows
 >>> from dexterity.inverse_kinematics.seeds import search
 >>> panda = dx.robots.load("panda")
 >>> T = panda.forward([0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5])
->>> ends = search(panda, T[None], tuple(range(6)), count=16)
+>>> ends = search(panda, T[None], TwistRows(), count=16)
 >>> bool(ends.residual.min() < 1e-9)
 True
 """
@@ -20,23 +21,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import torch
 from torch import Tensor
 
 from dexterity import sobol
 from dexterity.chain import Chain
-from dexterity.descent import descend, length_scale
-from dexterity.inverse_kinematics.turns import nearest_copy
+from dexterity.descent import TwistRows, descend, length_scale
 from dexterity.spatial.tolerances import LIMIT
 
-__all__ = ["Ends", "distinct", "search"]
+__all__ = ["Ends", "distinct", "pose_features", "search"]
 
 _POOL = 4096  # points of the Sobol sequence among which seeds are chosen
 _AT_ONCE = 8192  # descents that are worked on at a time
 _ROUNDS = (4, 12)  # seeds of the first rounds where few solutions are enough
 _DIGITS = 1e-3  # of the tolerance, at which a descent ends
-_TURN_WEIGHT = 0.7  # of entries of rotations, against lengths relative to a quarter of the arm's
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Ends:
 def search(
     chain: Chain,
     T: Tensor,
-    rows: tuple[int, ...],
+    rows: TwistRows,
     *,
     count: int = 64,
     near: Tensor | None = None,
@@ -66,7 +66,7 @@ def search(
     """Descend to poses (B, 4, 4) from seeds, one of them `near` (B, n), until `enough` have arrived."""
     rounds = [count] if enough is None else _split(count)
     pool = _pool(chain, seed)
-    seeds = _Seeds(chain, rows, pool, _features(chain, chain.forward(pool), rows))
+    seeds = _Seeds(chain, rows, pool, pose_features(chain, chain.forward(pool), rows))
     parts = []
     for some in torch.arange(len(T)).split(max(1, _AT_ONCE // count)):
         starts = seeds.of_poses(T[some], count)
@@ -95,7 +95,7 @@ def _descended(
     chain: Chain,
     T: Tensor,
     starts: Tensor,
-    rows: tuple[int, ...],
+    rows: TwistRows,
     rounds: list[int],
     enough: int | None,
     tolerance: float,
@@ -106,9 +106,7 @@ def _descended(
     for size in rounds:
         some = slice(first, first + size)
         targets = T[left, None].expand(-1, size, 4, 4).flatten(0, 1)
-        q, miss = descend(
-            chain, targets, starts[left, some].flatten(0, 1), rows=rows, tolerance=_DIGITS * tolerance
-        )
+        q, miss = _to(chain, targets, starts[left, some].flatten(0, 1), rows, tolerance)
         ends[left, some], residual[left, some] = q.view(*starts[left, some].shape), miss.view(len(left), size)
         first += size
         if enough is not None:
@@ -119,7 +117,7 @@ def _descended(
 
 
 def _from_beyond(
-    chain: Chain, T: Tensor, starts: Tensor, rows: tuple[int, ...], ends: Ends, tolerance: float
+    chain: Chain, T: Tensor, starts: Tensor, rows: TwistRows, ends: Ends, tolerance: float
 ) -> Ends:
     """Try poses that no start has reached once more, by ways that lead beyond the limits.
 
@@ -128,22 +126,24 @@ def _from_beyond(
     missed = ~(ends.residual <= tolerance).any(1)
     if not missed.any():
         return ends
-    locked = chain.lower == chain.upper
-    free = Chain(
-        chain.screws, chain.home, name=chain.name,
-        lower=torch.where(locked, chain.lower, -math.inf), upper=torch.where(locked, chain.upper, math.inf),
-    )  # fmt: skip
     targets = T[missed, None].expand(-1, starts.shape[1], 4, 4).flatten(0, 1)
-    digits = _DIGITS * tolerance
-    beyond, _ = descend(free, targets, starts[missed].flatten(0, 1), rows=rows, tolerance=digits)
-    beyond, _ = nearest_copy(chain, beyond)
-    q, miss = descend(chain, targets, beyond, rows=rows, tolerance=digits)
+    beyond, _ = _to(chain, targets, starts[missed].flatten(0, 1), rows, tolerance, limits="approached")
+    q, miss = _to(chain, targets, beyond, rows, tolerance)
     q, miss = q.view(*starts[missed].shape), miss.view(-1, starts.shape[1])
     better = miss < ends.residual[missed]
     merged = Ends(ends.q.clone(), ends.residual.clone())
     merged.q[missed] = torch.where(better[..., None], q, ends.q[missed])
     merged.residual[missed] = torch.where(better, miss, ends.residual[missed])
     return merged
+
+
+def _to(
+    chain: Chain, T: Tensor, starts: Tensor, rows: TwistRows, tolerance: float,
+    limits: Literal["kept", "approached"] = "kept",
+) -> tuple[Tensor, Tensor]:  # fmt: skip
+    return descend(
+        chain, T, starts, rows=rows.numbers, frame=rows.frame, tolerance=_DIGITS * tolerance, limits=limits
+    )
 
 
 def _split(count: int) -> list[int]:
@@ -167,14 +167,17 @@ def _pool(chain: Chain, seed: int) -> Tensor:
     return low + (high - low) * sobol.points(chain.joints, _POOL, seed)
 
 
-def _features(chain: Chain, T: Tensor, rows: tuple[int, ...]) -> Tensor:
-    """Numbers (N, f) of poses whose distance says how far apart they are in the rows that count in full."""
-    parts = [T.new_zeros(len(T), 0)]
-    if {0, 1, 2} <= set(rows):
-        parts.append(T[:, :3, 3] / length_scale(chain))
-    if {3, 4, 5} <= set(rows):
-        parts.append(_TURN_WEIGHT * T[:, :3, :3].flatten(1))
-    return torch.cat(parts, dim=1)
+def pose_features(chain: Chain, T: Tensor, rows: TwistRows) -> Tensor:
+    """Numbers (k, f) of poses whose differences are about as large as the remaining twist in some rows."""
+    linear = [row for row in range(3) if row in rows.numbers]
+    # Along axes of the tool, parts of a position are not those of the world.
+    linear = linear if rows.frame == "geometric" or len(linear) == 3 else []
+    free = [row - 3 for row in range(3, 6) if row not in rows.numbers]
+    R = T[:, :3, :3]
+    if len(free) == 1:  # what a rotation about one axis leaves as it is
+        R = R[:, :, free] if rows.frame == "body" else R[:, free]
+    turning = R.flatten(1) / math.sqrt(2) if len(free) < 2 else T.new_zeros(len(T), 0)
+    return torch.cat([T[:, linear, 3] / length_scale(chain), turning], 1)
 
 
 @dataclass(frozen=True)
@@ -182,7 +185,7 @@ class _Seeds:
     """Points (p, n) of the joint space, and features (p, f) of the poses there."""
 
     chain: Chain
-    rows: tuple[int, ...]
+    rows: TwistRows
     points: Tensor
     features: Tensor
 
@@ -192,6 +195,6 @@ class _Seeds:
         if not self.features.shape[1]:
             return self.points[first]
         half = (count + 1) // 2
-        apart = torch.cdist(_features(self.chain, T, self.rows), self.features)
+        apart = torch.cdist(pose_features(self.chain, T, self.rows), self.features)
         nearest = apart.topk(half, largest=False).indices
         return self.points[torch.cat([nearest, first[:, : count - half]], dim=1)]

@@ -13,6 +13,7 @@ Solutions(1 pose by three parallel axes (complete): 1 reached within the limits)
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import torch
@@ -21,6 +22,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
+from dexterity.inverse_kinematics.slices import Locked
 from dexterity.inverse_kinematics.turns import copies_within_limits, nearest_copy
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
@@ -63,7 +65,7 @@ class Solutions:
         The chain.
     q
         (..., k, n) joint values, [rad] or [m], the copy nearest to the seed or to the middle of the limits.
-        All are finite; k is 8 for a closed form and the largest number found at a pose for a search.
+        All are finite; k is 8 for a closed form, else the largest number found at a pose.
     valid
         (..., k) whether they put the tool at the pose; the rest fills up the array or came no nearer.
     within_limits
@@ -76,6 +78,9 @@ class Solutions:
     complete
         Whether the method finds every configuration up to full turns and joints that may have any value.
         Where it is True and nothing is valid, the pose is out of reach; after a search, nothing is said.
+    locked
+        Values of joints that were locked, by name: all configurations with these values are found, and no
+        others. None without locked joints.
     miss
         By how much the chain's description misses the conditions of the closed form; 0 for a search.
     seeds
@@ -92,6 +97,7 @@ class Solutions:
     method: str
     complete: bool
     miss: float = 0.0
+    locked: Locked | None = None
     seeds: SeedsEnded | None = None
     limit_tolerance: float = field(default=LIMIT)
 
@@ -110,13 +116,18 @@ class Solutions:
         """At which poses at least one configuration is valid and within the limits."""
         return self.usable.any(-1)
 
-    def nearest(self, q: TensorLike) -> tuple[Float64[Tensor, "*batch n"], Bool[Tensor, "*batch"]]:
+    def nearest(
+        self, q: TensorLike, weights: TensorLike | None = None
+    ) -> tuple[Float64[Tensor, "*batch n"], Bool[Tensor, "*batch"]]:
         """Return the configuration and copy nearest to joint values, such as where the robot is.
 
         Parameters
         ----------
         q
             (..., n) joint values.
+        weights
+            (n,) weights of the squared differences of the joints, not negative; 1 by default, which adds
+            radians to metres.
 
         Returns
         -------
@@ -126,15 +137,26 @@ class Solutions:
         Raises
         ------
         ValueError
-            If `q` does not fit.
+            If `q` or `weights` does not fit.
         """
         seed = spatial.require_joints(spatial.to_float64(q, "q"), self.chain.joints, "chain")
         moved, within = nearest_copy(self.chain, self.q, seed[..., None, :], self.limit_tolerance)
         usable = self.valid & within
-        distance = (moved - seed[..., None, :]).norm(dim=-1)
+        distance = ((moved - seed[..., None, :]) * self._scales(weights)).norm(dim=-1)
         distance = torch.where(usable | ~usable.any(-1, keepdim=True), distance, torch.inf)
         best = distance.argmin(-1)[..., None, None]
         return torch.take_along_dim(moved, best, dim=-2)[..., 0, :], usable.any(-1)
+
+    def _scales(self, weights: TensorLike | None) -> Tensor:
+        """Roots (n) of the weights of joints."""
+        if weights is None:
+            return self.q.new_ones(self.chain.joints)
+        values = spatial.to_float64(weights, "weights").to(self.q.device)
+        if values.shape != (self.chain.joints,) or (values < 0).any():
+            raise ValueError(
+                f"weights is {values.tolist()}; {self.chain.joints} numbers that are not negative are needed"
+            )
+        return values.sqrt()
 
     def copies(self) -> Float64[Tensor, "copies n"]:
         """Return every configuration at one pose with all its copies by full turns within the limits.
@@ -159,7 +181,11 @@ class Solutions:
     def __repr__(self) -> str:
         poses = self.reached.numel()
         complete = "complete" if self.complete else "not complete"
+        how = f"{self.method} ({complete})"
+        if self.locked is not None:
+            count = math.prod(len(values) for values in self.locked.values())
+            how = f"{self.method}, {' and '.join(self.locked)} locked (complete at {count} values)"
         return (
-            f"Solutions({poses} {'pose' if poses == 1 else 'poses'} by {self.method} ({complete}): "
+            f"Solutions({poses} {'pose' if poses == 1 else 'poses'} by {how}: "
             f"{int(self.reached.sum())} reached within the limits)"
         )

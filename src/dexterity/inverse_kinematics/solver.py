@@ -15,6 +15,7 @@ True
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias, get_args
 
 import torch
@@ -22,8 +23,10 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
+from dexterity.descent import RowFrame, TwistRows
 from dexterity.indices.rows import Rows, row_numbers
-from dexterity.inverse_kinematics.closed_forms import Form, form_of, reasons
+from dexterity.inverse_kinematics.branches import Form
+from dexterity.inverse_kinematics.closed_forms import form_of, reasons
 from dexterity.inverse_kinematics.null_space import (
     Objective,
     bound_objective,
@@ -33,6 +36,7 @@ from dexterity.inverse_kinematics.null_space import (
 )
 from dexterity.inverse_kinematics.refinement import require_values
 from dexterity.inverse_kinematics.seeds import Ends, distinct, search
+from dexterity.inverse_kinematics.slices import Locked, branches_of_slices, locked_values
 from dexterity.inverse_kinematics.solutions import SeedsEnded, Solutions
 from dexterity.inverse_kinematics.turns import middle_of_limits, nearest_copy
 from dexterity.spatial import TensorLike
@@ -47,6 +51,7 @@ Secondary: TypeAlias = Objective | Literal["centre"] | Any
 """What redundant joints are for, an index or any function of joint values, or the middle of the limits."""
 
 _MOST_SEEDS = 100_000  # of which the poses alone fill a gigabyte or two
+_LAST = 1e300  # key of what is valid beyond the limits
 _SAME = 1e-4  # [rad] or [m] below which two ends of a search are one configuration
 _REPRESENTATIVE = 0.5  # [rad] or [m] by which configurations of a redundant chain are told apart
 _CLIMBS, _FIRST_CLIMB, _LARGEST_CLIMB = 40, 0.1, 0.5  # steps in the null space and their lengths [rad] or [m]
@@ -57,6 +62,8 @@ def solve(
     T_world_tool: TensorLike,
     *,
     rows: Rows = "full",
+    frame: RowFrame = "body",
+    locked: Mapping[str, TensorLike] | None = None,
     seeds: int = 64,
     near: TensorLike | None = None,
     secondary: Secondary | None = None,
@@ -75,9 +82,17 @@ def solve(
     T_world_tool
         (..., 4, 4) wanted poses of the tool.
     rows
-        Components of the remaining twist that must vanish, along the axes of the tool: ``"full"``,
-        ``"translational"``, ``"rotational"``, or a selection by names or numbers. ``("vx", "vy", "vz", "wx",
-        "wy")`` leaves the rotation about the tool's z axis free.
+        Components of the remaining twist that must vanish: ``"full"``, ``"translational"``,
+        ``"rotational"``, or a selection by names or numbers. ``("vx", "vy", "vz", "wx", "wy")`` leaves the
+        rotation about the z axis free.
+    frame
+        Axes of the rows: ``"body"`` for those of the tool, ``"geometric"`` for those of the world. Along the
+        tool's, the five rows above hold its position and where its z axis points; along the world's,
+        ``("vx", "vy", "wz")`` are those of a task in the horizontal plane. It makes no difference where all
+        three of a kind count.
+    locked
+        Values [rad] or [m] of joints to lock, by name: with each of them, a closed form finds all
+        configurations of the other joints. :func:`.slices` chooses them for arms of seven joints.
     seeds
         How many seeds of a search to try at each pose, at most 100 000.
     near
@@ -92,7 +107,7 @@ def solve(
     tolerance
         Largest residual of a solution, in radians and in metres relative to the size of the chain.
     method
-        ``"auto"`` takes a closed form if the chain has one, all rows count and no joint is locked, else a
+        ``"auto"`` takes a closed form if the chain has one, all rows count and no rate is zero, else a
         search; ``"closed form"`` and ``"search"`` take one of both.
     enough
         A search leaves a pose when so many seeds have reached it; all seeds are tried by default.
@@ -102,20 +117,21 @@ def solve(
     Returns
     -------
     The solutions at each pose, the best first, on the device of the poses, and how they were
-    found. A closed form finds all of them; a search finds those to which its seeds descend, one for all
-    that differ by full turns, and of a redundant chain representatives that differ by 0.5 rad or m in a
-    joint.
+    found. A closed form finds all of them, with locked joints all that have their values; a search finds
+    those to which its seeds descend, one for all that differ by full turns, and of a redundant chain
+    representatives that differ by 0.5 rad or m in a joint.
 
     Raises
     ------
     ValueError
         If a shape or a number does not fit, a pose is not rigid, or the closed form that was asked for does
-        not exist.
+        not exist, also for a value of the locked joints.
     TypeError
         If an argument is of another kind.
     """
     checks.instance(chain, "chain", Chain)
-    chosen = row_numbers(rows)
+    checks.choice(frame, "frame", get_args(RowFrame))
+    counted = TwistRows(row_numbers(rows), frame)
     checks.whole(seeds, "seeds", least=1, most=_MOST_SEEDS)
     tolerance = checks.positive(tolerance, "tolerance")
     checks.choice(method, "method", get_args(Method))
@@ -124,24 +140,32 @@ def solve(
     T = require_values(spatial.require_rigid(T_world_tool, "T_world_tool")).detach()
     start = _seed(chain, near, T)
     value = _objective(chain, secondary)
-    form = _form(chain, chosen, method)
+
+    def ordered(q: Tensor, residual: Tensor, **told: Any) -> Solutions:
+        return _ordered(chain, q, residual, start, value, limit_tolerance, tolerance, told)
+
+    if locked is not None:
+        held = _slices(chain, locked, counted, method)
+        q, residual, name, miss = branches_of_slices(chain, T, held)
+        return ordered(q, residual, method=name, complete=False, miss=miss, locked=held)
+    form = _form(chain, counted, method)
     if form is not None:
         q, _, residual = form.branches(chain, T)
-        return _ordered(chain, q, residual, form, None, start, value, limit_tolerance, tolerance)
+        return ordered(q, residual, method=form.name, complete=True, miss=form.miss(chain))
     poses = T.reshape(-1, 4, 4).cpu()
     first = None if start is None else start.reshape(-1, chain.joints).cpu()
     # Searches run on the processor, whatever torch's default device is.
     with torch.device("cpu"):
         free = _with_locked_joints(chain, start)
         ends = search(
-            free, poses, chosen,
+            free, poses, counted,
             count=seeds, near=first, enough=enough, tolerance=tolerance, seed=checks.seed(seed),
         )  # fmt: skip
-        q, residual = _different(free, poses, chosen, ends, first, value, tolerance)
+        q, residual = _different(free, poses, counted, ends, first, value, tolerance)
     q = q.reshape(*T.shape[:-2], *q.shape[1:]).to(T.device)
     residual = residual.reshape(*T.shape[:-2], *residual.shape[1:]).to(T.device)
-    counts = _ended(free, ends, tolerance, T)
-    return _ordered(chain, q, residual, None, counts, start, value, limit_tolerance, tolerance)
+    ended = _ended(free, ends, tolerance, T)
+    return ordered(q, residual, method="search", complete=False, seeds=ended)
 
 
 def _seed(chain: Chain, near: TensorLike | None, T: Tensor) -> Tensor | None:
@@ -184,12 +208,12 @@ def _centring(chain: Chain) -> Objective:
     return value
 
 
-def _form(chain: Chain, rows: tuple[int, ...], method: Method) -> Form | None:
+def _form(chain: Chain, rows: TwistRows, method: Method) -> Form | None:
     """Return the closed form to use, None for a search."""
     if method == "search":
         return None
     form = form_of(chain)
-    usable = form is not None and set(rows) == set(range(6)) and bool((chain.rates > 0).all())
+    usable = form is not None and _all_count(rows) and bool((chain.rates > 0).all())
     if method == "closed form" and not usable:
         reason = (
             f"has none ({reasons(chain)})"
@@ -198,6 +222,21 @@ def _form(chain: Chain, rows: tuple[int, ...], method: Method) -> Form | None:
         )
         raise ValueError(f"method is 'closed form', but chain {chain.name!r} {reason}; take 'search'")
     return form if usable else None
+
+
+def _all_count(rows: TwistRows) -> bool:
+    return set(rows.numbers) == set(range(6))
+
+
+def _slices(chain: Chain, locked: Mapping[str, TensorLike], rows: TwistRows, method: Method) -> Locked:
+    """Values of locked joints, which only a closed form of the other joints serves."""
+    values = locked_values(chain, locked)
+    if method == "search" or not _all_count(rows):
+        raise ValueError(
+            f"locked holds {', '.join(values)}, which a closed form needs; a search with all six rows or "
+            "others takes a chain with joints locked by Chain.lock"
+        )
+    return values
 
 
 def _with_locked_joints(chain: Chain, start: Tensor | None) -> Chain:
@@ -224,14 +263,14 @@ def _with_locked_joints(chain: Chain, start: Tensor | None) -> Chain:
 def _different(
     chain: Chain,
     T: Tensor,
-    rows: tuple[int, ...],
+    rows: TwistRows,
     ends: Ends,
     start: Tensor | None,
     value: Objective | None,
     tolerance: float,
 ) -> tuple[Tensor, Tensor]:
     """Return ends (B, k, n) that differ, and their residuals (B, k); spare places hold the best end."""
-    redundant = int((chain.upper > chain.lower).sum()) > len(rows)
+    redundant = int((chain.upper - chain.lower > LIMIT).sum()) > len(rows.numbers)
     radius = _REPRESENTATIVE if redundant else _SAME
     q, residual = ends.q, ends.residual
     if start is not None:
@@ -264,7 +303,7 @@ def _by(residual: Tensor, q: Tensor, key: Tensor) -> tuple[Tensor, Tensor]:
     return residual.take_along_dim(order, -1), q.take_along_dim(order[..., None], -2)
 
 
-def _climbed(chain: Chain, q: Tensor, T: Tensor, rows: tuple[int, ...], value: Objective) -> Tensor:
+def _climbed(chain: Chain, q: Tensor, T: Tensor, rows: TwistRows, value: Objective) -> Tensor:
     """Joint values (N, n) after an ascent in the null space, the tools at their poses (N, 4, 4)."""
     length = torch.full_like(q[:, :1], _FIRST_CLIMB)
     best = value(q)
@@ -295,14 +334,13 @@ def _ordered(
     chain: Chain,
     q: Tensor,
     residual: Tensor,
-    form: Form | None,
-    seeds: SeedsEnded | None,
     start: Tensor | None,
     value: Objective | None,
     limit_tolerance: float,
     tolerance: float,
+    told: dict[str, Any],
 ) -> Solutions:
-    """Put solutions that are valid and within the limits in front, the best first."""
+    """Put solutions that are valid and within the limits in front, the best first, then the valid ones."""
     q, within = nearest_copy(chain, q, _beside(start), limit_tolerance)
     valid = residual <= tolerance
     if start is not None:
@@ -311,17 +349,16 @@ def _ordered(
         key = -value(q).detach()
     else:
         key = (q - middle_of_limits(chain).to(q.device)).norm(dim=-1)
-    key = torch.where(valid & within, key, math.inf)
+    key = key.masked_fill(~within, _LAST).masked_fill(~valid, math.inf)
     order = key.argsort(dim=-1, stable=True)
+    if "locked" in told:  # of many slices few may have any
+        order = order[..., : max(1, int(valid.sum(-1).max())) if valid.numel() else 1]
     return Solutions(
         chain=chain,
         q=q.take_along_dim(order[..., None], -2),
         valid=valid.take_along_dim(order, -1),
         within_limits=within.take_along_dim(order, -1),
         residual=residual.take_along_dim(order, -1),
-        method="search" if form is None else form.name,
-        complete=form is not None,
-        miss=0.0 if form is None else form.miss,
-        seeds=seeds,
         limit_tolerance=limit_tolerance,
+        **told,
     )

@@ -19,7 +19,6 @@ True
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,14 +26,15 @@ import torch
 from jaxtyping import Bool, Float64
 from torch import Tensor
 
-from dexterity import checks, spatial
+from dexterity import spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import arm_size, in_pieces, polished, require_values
+from dexterity.inverse_kinematics.branches import Form
+from dexterity.inverse_kinematics.refinement import arm_size
 from dexterity.inverse_kinematics.subproblems import Line, Turning, about_two, solved
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
 
-__all__ = ["spherical_shoulder", "spherical_wrist"]
+__all__ = ["SHOULDER", "WRIST", "spherical_shoulder", "spherical_wrist"]
 
 _NO_LEADING = 1e-24  # relative size of a leading coefficient below which a polynomial is of lower degree
 
@@ -73,10 +73,7 @@ def spherical_wrist(
     ----------
     Murray, Li & Sastry (1994), section 3.3; Pieper (1968).
     """
-    checks.instance(arm, "arm", Chain)
-    T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
-    q, valid, _ = wrist_branches(arm, T)
-    return q, valid
+    return WRIST(arm, T_base_tool)
 
 
 def spherical_shoulder(
@@ -100,44 +97,11 @@ def spherical_shoulder(
     ValueError
         If the arm is not such an arm, or a pose is not rigid or not finite.
     """
-    checks.instance(arm, "arm", Chain)
-    T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
-    q, valid, _ = wrist_branches(reversed_arm(arm), spatial.inverse(T))
-    return q.flip(-1), valid
-
-
-def wrist_branches(arm: Chain, T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Branches (..., 8, 6) of an arm with a spherical wrist, which are valid, and their misses (..., 8)."""
-    geometry = geometry_of(arm, T.device)
-    from_home = spatial.inverse(arm.home).to(T.device)
-
-    def some(T: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        moved = T @ from_home
-        shoulder = geometry.arm_branches(spatial.apply(moved, geometry.wrist))
-        q = geometry.with_wrist(shoulder, moved[..., None, :, :])
-        return polished(arm, q, T[..., None, :, :], geometry.size, geometry.miss)
-
-    return in_pieces(some, T)
-
-
-@functools.lru_cache(maxsize=8)
-def geometry_of(arm: Chain, device: torch.device) -> Geometry:
-    """Geometry of an arm with a spherical wrist, on a device."""
-    # Cached tensors must serve callers that differentiate, whatever the mode of the first one.
-    with torch.inference_mode(False), device:
-        return Geometry.of(arm, device)
-
-
-@functools.lru_cache(maxsize=8)
-def reversed_arm(arm: Chain) -> Chain:
-    """Return the arm from its tool to its base: it is at T⁻¹ at the joint values in reverse order."""
-    with torch.inference_mode(False), torch.device("cpu"):
-        to_tool = spatial.inverse_adjoint(arm.home)
-        return Chain(-(arm.screws @ to_tool.mT).flip(0), spatial.inverse(arm.home), name=arm.name)
+    return SHOULDER(arm, T_base_tool)
 
 
 @dataclass(frozen=True)
-class Geometry:
+class WristGeometry:
     """Axes of an arm at home, the centre (3) of its wrist, its size [m], and what its conditions miss."""
 
     axes: tuple[Line, ...]
@@ -146,7 +110,8 @@ class Geometry:
     miss: float
 
     @classmethod
-    def of(cls, arm: Chain, device: torch.device | None = None) -> Geometry:
+    def of(cls, arm: Chain, device: torch.device) -> WristGeometry:
+        """Check the conditions and measure an arm."""
         if arm.joints != 6 or set(arm.kinds) != {"revolute"}:
             raise ValueError(f"arm has joints that are {', '.join(arm.kinds)}; six revolute ones are needed")
         axes = tuple(Line.of(screw, "arm") for screw in arm.screws.to(device))
@@ -171,7 +136,12 @@ class Geometry:
         moves = torch.stack([one.parts(middle)[2], two.parts(middle)[2], by_third], dim=-1)
         return bool(torch.linalg.det(moves).abs().max() < ROUNDING * self.size**3)
 
-    def arm_branches(self, centre: Tensor) -> Tensor:
+    def branches(self, moved: Tensor) -> Tensor:
+        """All joints (..., 8, 6) for motions (..., 4, 4) of the tool from home."""
+        shoulder = self._arm_branches(spatial.apply(moved, self.wrist))
+        return self._with_wrist(shoulder, moved[..., None, :, :])
+
+    def _arm_branches(self, centre: Tensor) -> Tensor:
         """First three joints (..., 4, 3) that bring the wrist's centre to points (..., 3).
 
         With e₁ to the other side, the centre turned about axis 3 and the point turned back about axis 1
@@ -198,7 +168,7 @@ class Geometry:
         second = two.angle(start, one.turned(centre[..., None, :], first))
         return torch.stack([first, second, third.expand_as(first)], dim=-1)
 
-    def with_wrist(self, shoulder: Tensor, moved: Tensor) -> Tensor:
+    def _with_wrist(self, shoulder: Tensor, moved: Tensor) -> Tensor:
         """All joints (..., 8, 6) where the first three (..., 4, 3) leave a motion to the wrist."""
         four, five, six = (Line(self.wrist, axis.direction) for axis in self.axes[3:])
         on_axis = self.wrist + six.direction
@@ -220,6 +190,10 @@ class Geometry:
         for axis, angle in zip(axes, angles, strict=True):
             p = axis.turned(p, -angle)
         return p
+
+
+WRIST = Form("spherical wrist", WristGeometry.of, ("base",))
+SHOULDER = Form("spherical shoulder", WristGeometry.of, ("tool",))
 
 
 def _in_turn(simple: Turning, value: Tensor, other: Turning, wanted: Turning) -> tuple[Tensor, Tensor]:
