@@ -35,9 +35,11 @@ def test_a_saved_map_comes_back(tmp_path):
     assert (tmp_path / "again.npz").read_bytes() == (tmp_path / "a" / "map.npz").read_bytes()
 
 
-@pytest.mark.parametrize("rows", ["translational", ("vx", "vy", "vz", "wx", "wy")])
-def test_maps_of_some_rows_and_sampled_ones_come_back(rows, tmp_path):
-    some = reach.survey(PUMA, GRID[:6], TURNS[:3], rows=rows, starts=2)
+@pytest.mark.parametrize("frame", ["body", "geometric"])
+@pytest.mark.parametrize("rows", ["translational", ("vx", "vy", "vz", "wx", "wy"), ("vx", "wz")])
+def test_maps_of_some_rows_and_sampled_ones_come_back(rows, frame, tmp_path):
+    some = reach.survey(PUMA, GRID[:6], TURNS[:3], rows=rows, frame=frame, starts=2)
+    assert some.reached.any()
     some.save(tmp_path / "map.npz")
     same(reach.ReachMap.load(tmp_path / "map.npz"), some)
     drawn = reach.survey(PUMA, GRID, TURNS, method="sampling", draws=1000)
@@ -71,9 +73,10 @@ def moved() -> torch.Tensor:
         ({}, {"count": MAP.count.numpy()[1:]}, "count has shape"),
         ({}, {"positions": MAP.positions.numpy() + 0.01}, "misses the pose"),
         ({}, {"rotations": 1.1 * MAP.rotations.numpy()}, "misses orthonormality"),
-        ({"version": 2}, {}, "version 2"),
+        ({"version": 3}, {}, "version 3"),
         ({"format": "other"}, {}, "'other'"),
         ({"rows": [7]}, {}, "rows is 7"),
+        ({"frame": "spatial"}, {}, "frame is 'spatial'"),
         ({"joint_names": ["one"]}, {}, "joint_names"),
         ({"missed": {"estimate": -1.0, "upper": None, "share": None, "basis": "x"}}, {}, "estimate is -1"),
         ({"missed": 3}, {}, "holds no reach map"),

@@ -189,6 +189,8 @@ def placements(
         "bases looked at": f"{int(found.examined.sum())} of {len(found.bases)}",
         "bases that reach all poses": int((found.reached == len(poses)).sum()),
     }
+    if found.followed is not None:
+        facts["bases that follow them"] = int(found.followed.sum())
     return Report(columns, facts), found
 
 

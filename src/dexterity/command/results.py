@@ -25,6 +25,12 @@ PoseRows = Annotated[
 ]
 """Option of the subcommands that have an index with rows of its own."""
 
+PoseFrame = Annotated[
+    str,
+    typer.Option("--pose-frame", help="Axes of these rows: body (the tool's) or geometric (the world's)."),
+]
+"""Axes of the rows of a pose."""
+
 __all__ = ["design", "export", "place", "reach_map", "validate"]
 
 
@@ -53,6 +59,7 @@ def reach_map(
     ] = None,
     method: Annotated[str, typer.Option("--method", help="auto, closed form, search or sampling.")] = "auto",
     pose_rows: PoseRows = "full",
+    pose_frame: PoseFrame = "body",
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
     threads: Annotated[
         int | None, typer.Option("--threads", min=1, help="All processors by default.")
@@ -89,6 +96,7 @@ def reach_map(
             index=asked,
             method=method,
             rows=inputs.rows(pose_rows),
+            frame=pose_frame,
             seed=seed,
             threads=threads,
             progress=bar,
@@ -122,6 +130,11 @@ def place(
     index: Annotated[str, typer.Option("--index", help="Index by which bases are valued.")] = "kci",
     by: Annotated[str, typer.Option("--by", help="worst or mean value over the poses.")] = "worst",
     pose_rows: PoseRows = "full",
+    pose_frame: PoseFrame = "body",
+    largest_step: Annotated[
+        float | None,
+        typer.Option("--largest-step", min=0, help="How far a joint may move from pose to pose (rad, m)."),
+    ] = None,
     refine: Annotated[bool, typer.Option(help="Improve the best base between the candidates.")] = True,
     best: Annotated[int, typer.Option("--best", min=1, help="How many bases are listed.")] = 10,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all draws.")] = 0,
@@ -129,6 +142,8 @@ def place(
     form: ReportOptions,
 ) -> int:
     """Compare places for the base by what the robot does from there. Exit code 1 if none reaches all poses.
+
+    With --largest-step, the poses are followed in order, and no joint may move farther from pose to pose.
 
     Ctrl-C ends the comparison; the bases that were looked at are listed, with exit code 130.
     """
@@ -149,7 +164,9 @@ def place(
             best,
             index=asked,
             by=by,
+            largest_step=largest_step,
             rows=inputs.rows(pose_rows),
+            frame=pose_frame,
             refine=refine,
             seed=seed,
             progress=bar,
@@ -157,7 +174,7 @@ def place(
     form.give(report)
     if not bool(found.examined.all()):
         return INTERRUPTED
-    return 0 if bool((found.reached == len(wanted)).any()) else NEGATIVE
+    return 0 if bool((~found.scores.isnan()).any()) else NEGATIVE
 
 
 @application.command(

@@ -10,6 +10,7 @@ Examples
 from typing import TYPE_CHECKING
 
 from dexterity import lazy
+from dexterity.reach.following import Path, follow
 from dexterity.reach.inverse_map import InverseReachMap
 from dexterity.reach.placements import Placement, Placements
 from dexterity.reach.placing import place
@@ -21,6 +22,7 @@ from dexterity.reach.tool_poses import panel, planar_bases, pointing, seam
 
 __all__ = [
     "InverseReachMap",
+    "Path",
     "Placement",
     "Placements",
     "ReachMap",
@@ -29,6 +31,7 @@ __all__ = [
     "bounds",
     "box",
     "covering_radius",
+    "follow",
     "panel",
     "place",
     "planar_bases",

@@ -23,17 +23,17 @@ import math
 import threading
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
-import numpy as np
 import torch
 from scipy.spatial import cKDTree
 from torch import Tensor
 
 from dexterity import checks, sobol
 from dexterity.chain import Chain
-from dexterity.descent import descend, length_scale
+from dexterity.descent import RowFrame, TwistRows, descend
 from dexterity.inverse_kinematics import closed_form, solve
+from dexterity.inverse_kinematics.seeds import pose_features
 from dexterity.spatial.tolerances import LIMIT
 
 __all__ = ["ClosedForm", "Found", "Method", "Search", "different", "drawn_range", "finder"]
@@ -100,8 +100,8 @@ class Search:
         A chain whose prismatic joints have limits. A joint whose rate is zero is locked at zero.
     starts
         Descents for each pose.
-    rows
-        Which components of the tool's pose must fit, in the axes of the tool, as for
+    rows, frame
+        Which components of the tool's pose must fit, and their axes, as for
         :func:`dexterity.descent.descend`; all six by default.
     samples
         Configurations that the starts are chosen from, for all starts together.
@@ -123,8 +123,9 @@ class Search:
         rows: Sequence[int] = range(6),
         samples: int = 2**17,
         seed: int = 0,
+        frame: RowFrame = "body",
     ) -> None:
-        self.chain, self.rows = _held(chain), tuple(rows)
+        self.chain, self.rows = _held(chain), TwistRows(tuple(rows), frame)
         self.starts = checks.whole(starts, "starts", least=1, most=10_000)
         self.samples = checks.whole(samples, "samples", least=1)
         self.seed = checks.whole(seed, "seed", least=0)
@@ -140,29 +141,15 @@ class Search:
             # Each set with a scrambling of its own, so that they are independent.
             seed = (self.seed * 10_007 + i) % 2**31
             q = self._lower + self._width * sobol.points(self.chain.joints, size, seed)
-            sets.append((q, cKDTree(self._features(self.chain.forward(q)))))
+            sets.append((q, cKDTree(pose_features(self.chain, self.chain.forward(q), self.rows).numpy())))
         return sets
-
-    def _features(self, T: Tensor) -> np.ndarray:
-        """Numbers (k, f) of poses whose differences are about as large as the remaining twist."""
-        parts = [T[:, row, 3:] / length_scale(self.chain) for row in range(3) if row in self.rows]
-        turning = {3, 4, 5} & set(self.rows)
-        if len(turning) == 3:
-            parts.append(T[:, :3, :3].flatten(1) / math.sqrt(2))
-        elif turning == {3, 4}:
-            parts.append(T[:, :3, 2])
-        return (
-            torch.cat([part.reshape(len(T), -1) for part in parts], 1).numpy()
-            if parts
-            else np.zeros((len(T), 1))
-        )
 
     def __call__(self, T_world_tool: Tensor) -> Found:
         """Look at rigid poses (k, 4, 4), one start of each set for each."""
         # Built by the first of all threads that get here.
         with self._lock:
             library = self._library
-        features = self._features(T_world_tool)
+        features = pose_features(self.chain, T_world_tool, self.rows).numpy()
         nearest = [q[torch.from_numpy(tree.query(features)[1])] for q, tree in library]
         return self.from_starts(T_world_tool, torch.stack(nearest, 1))
 
@@ -170,13 +157,15 @@ class Search:
         """Look at poses (k, 4, 4) from starts (k, b, n), such as the configurations of their neighbours."""
         count, b, joints = starts.shape
         T = T_world_tool[:, None].expand(count, b, 4, 4).reshape(-1, 4, 4)
-        q, miss = descend(self.chain, T, starts.reshape(-1, joints), rows=self.rows)
+        q, miss = descend(
+            self.chain, T, starts.reshape(-1, joints), rows=self.rows.numbers, frame=self.rows.frame
+        )
         return Found(q.reshape(starts.shape), (miss < _ARRIVED).reshape(count, b))
 
 
 def finder(
-    chain: Chain, method: Method = "auto", *, rows: Sequence[int] = range(6), starts: int = 16,
-    limit_tolerance: float = LIMIT, seed: int = 0,
+    chain: Chain, method: Method = "auto", *, rows: Sequence[int] = range(6), frame: RowFrame = "body",
+    starts: int = 16, limit_tolerance: float = LIMIT, seed: int = 0,
 ) -> ClosedForm | Search:  # fmt: skip
     """Return what finds the configurations of a chain.
 
@@ -188,6 +177,8 @@ def finder(
         ``"closed form"``, ``"search"``, or ``"auto"`` for the first of them that serves.
     rows
         Which components of the tool's pose must fit; a closed form has all six.
+    frame
+        Axes of the rows, ``"body"`` for those of the tool or ``"geometric"`` for those of the world.
     starts
         Descents for each pose, of a search.
     limit_tolerance
@@ -200,7 +191,8 @@ def finder(
     ValueError
         If the method is unknown or does not serve the chain and the rows, or a number is out of its range.
     """
-    checks.choice(method, "method", ("auto", "closed form", "search"))
+    checks.choice(method, "method", get_args(Method))
+    checks.choice(frame, "frame", get_args(RowFrame))
     tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0.0)
     chosen = tuple(rows)
     whole = chosen == tuple(range(6))
@@ -209,7 +201,7 @@ def finder(
     has_form = closed_form(chain) is not None and bool((chain.rates > 0).all())
     if method == "closed form" or (method == "auto" and whole and has_form):
         return ClosedForm(chain, tolerance)
-    return Search(chain, starts, chosen, seed=seed)
+    return Search(chain, starts, chosen, seed=seed, frame=frame)
 
 
 def different(chain: Chain, found: Found) -> Tensor:

@@ -19,6 +19,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.chain import Chain
+from dexterity.descent import TwistRows
 from dexterity.reach.configurations import Found, different
 from dexterity.reach.judgement import Judge
 from dexterity.reach.missed import Missed
@@ -79,11 +80,12 @@ class Draft:
         return int(reached.sum())
 
     def finished(
-        self, judge: Judge, method: str, rows: tuple[int, ...], missed: Missed,
+        self, judge: Judge, method: str, rows: TwistRows, missed: Missed,
         cell: tuple[float, float] = (0.0, 0.0),
     ) -> ReachMap:  # fmt: skip
         """Return the map."""
         return ReachMap(
             self.chain, self.positions, self.rotations, self.reached, self.examined, self.count, self.hits,
-            self.best, self.configurations, method, rows, cell, judge.label, judge.larger_is_better, missed,
+            self.best, self.configurations, method, rows.numbers, rows.frame, cell, judge.label,
+            judge.larger_is_better, missed,
         )  # fmt: skip

@@ -58,7 +58,8 @@ def improved(draft: Draft, find: Search, judge: Judge, *, threads: int = 1) -> M
     open_poses = (draft.examined & ~draft.reached).flatten().nonzero()[:, 0]
     generator = torch.Generator().manual_seed(find.seed)
     sample = open_poses[torch.randperm(len(open_poses), generator=generator)[:_SAMPLE]]
-    stronger = Search(find.chain, _MORE * find.starts, find.rows, find.samples, find.seed + 1)
+    numbers, frame = find.rows.numbers, find.rows.frame
+    stronger = Search(find.chain, _MORE * find.starts, numbers, find.samples, find.seed + 1, frame)
     before = int(draft.reached.sum())
     complete = in_pieces(
         sample,

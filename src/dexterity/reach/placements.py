@@ -17,7 +17,7 @@ import io
 import math
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 from jaxtyping import Bool, Float64, Int64
@@ -26,10 +26,18 @@ from torch import Tensor
 from dexterity import checks, spatial, store
 from dexterity.chain import Chain
 
-__all__ = ["Placement", "Placements", "coordinates_of", "score"]
+__all__ = ["Placement", "Placements", "Valued", "coordinates_of", "score"]
 
 _COORDINATES = ("x [m]", "y [m]", "z [m]", "roll [rad]", "pitch [rad]", "yaw [rad]")
 _SAME = 1e-9
+
+
+class Valued(NamedTuple):
+    """What bases are worth: index (b, k), configurations (b, k, n), and whether poses are followed (b)."""
+
+    values: Tensor
+    q: Tensor
+    followed: Tensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +51,7 @@ class Placement:
     coordinates
         (6,) its x, y, z [m] and roll, pitch, yaw [rad].
     score
-        Worst or mean index over the poses; NaN where one of them is not reached.
+        Worst or mean index over the poses; NaN where one of them is not reached, or they are not followed.
     values
         (k,) best index at each pose, NaN out of reach.
     configurations
@@ -100,6 +108,9 @@ class Placements:
         Whether the best index is the largest.
     complete
         Whether a pose that is not reached is out of reach; after a search for configurations it may not be.
+    followed
+        (b,) whether the poses can be followed without a jump; the configurations are then those of the path.
+        None if that was not asked for.
     refined
         The best base between the candidates; None if none reaches all poses, or it was not asked for.
     """
@@ -114,12 +125,14 @@ class Placements:
     index: str | None
     larger_is_better: bool
     complete: bool
+    followed: Bool[Tensor, " b"] | None = None
     refined: Placement | None = None
 
     @property
     def scores(self) -> Float64[Tensor, " b"]:
-        """Worst or mean index (b) of each base, NaN where a pose is not reached."""
-        return score(self.values, self.by, self.larger_is_better)
+        """Worst or mean index (b) of each base, NaN where a pose is not reached, or they are not followed."""
+        scores = score(self.values, self.by, self.larger_is_better)
+        return scores if self.followed is None else torch.where(self.followed, scores, math.nan)
 
     @property
     def reached(self) -> Int64[Tensor, " b"]:
@@ -160,6 +173,8 @@ class Placements:
         everything = int((self.reached == len(self.poses)).sum())
         best = str(self.best).removeprefix("Placement(").removesuffix(")")
         said = f"best {best}" if everything else f"the best reaches {int(self.reached.max())}"
+        if self.followed is not None:
+            said = f"{int(self.followed.sum())} follow them; {said}"
         ties = f", {self.ties} are equal" if self.ties > 1 else ""
         return (
             f"Placements({self.chain.name!r}, {len(self.bases)} bases × {len(self.poses)} poses, "

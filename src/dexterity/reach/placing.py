@@ -18,26 +18,24 @@ Examples
 from __future__ import annotations
 
 import math
-from typing import Literal, TypeAlias
 
 import torch
 from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
+from dexterity.descent import RowFrame
 from dexterity.indices.rows import Rows, row_numbers
-from dexterity.reach.configurations import ClosedForm, Method, Search, finder
+from dexterity.reach.configurations import ClosedForm, Found, Method, Search, finder
+from dexterity.reach.following import By, Follower
 from dexterity.reach.judgement import IndexLike, Judge
-from dexterity.reach.placements import Placements
+from dexterity.reach.placements import Placements, Valued
 from dexterity.reach.refinement import refined
 from dexterity.reach.work import Progress, counted, in_pieces, thread_count
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
 
-__all__ = ["By", "place"]
-
-By: TypeAlias = Literal["worst", "mean"]
-"""What values a base, the worst of the poses or their mean."""
+__all__ = ["place"]
 
 _POSES_AT_ONCE = 1024
 
@@ -49,8 +47,10 @@ def place(
     index: IndexLike = "kinematic_conditioning",
     *,
     by: By = "worst",
+    largest_step: TensorLike | None = None,
     method: Method = "auto",
     rows: Rows = "full",
+    frame: RowFrame = "body",
     starts: int = 16,
     limit_tolerance: float = LIMIT,
     refine: bool = True,
@@ -73,7 +73,11 @@ def place(
         What configurations are valued by, as for :func:`dexterity.reach.survey`.
     by
         ``"worst"`` or ``"mean"``.
-    method, rows, starts, limit_tolerance, seed
+    largest_step
+        How far a joint may move from pose to pose, [rad] or [m], one number or (n,): the poses are then
+        followed in their order, as by :func:`dexterity.reach.follow`, and a base from which they cannot be
+        is none. By default each pose has its best configuration, whatever the others have.
+    method, rows, frame, starts, limit_tolerance, seed
         How configurations are found, as for :func:`dexterity.reach.survey`.
     refine
         Whether to improve the best base, in the coordinates that differ between the candidates and within
@@ -98,15 +102,17 @@ def place(
     by_name = checks.choice(by, "by", ("worst", "mean"))
     judge, workers = Judge(chain, index), thread_count(threads)
     find = finder(
-        chain, method, rows=row_numbers(rows), starts=starts, limit_tolerance=limit_tolerance, seed=seed
-    )
-    value = _Valuer(find, judge, T)
+        chain, method, rows=row_numbers(rows), frame=frame, starts=starts,
+        limit_tolerance=limit_tolerance, seed=seed,
+    )  # fmt: skip
+    follower = None if largest_step is None else Follower(find, judge, largest_step, by)
+    value = _Valuer(find, judge, T, follower)
     values = torch.full((len(candidates), len(T)), math.nan, dtype=torch.float64)
     q = torch.full((*values.shape, chain.joints), math.nan, dtype=torch.float64)
-    examined = torch.zeros(len(candidates), dtype=torch.bool)
+    examined, followed = torch.zeros(2, len(candidates), dtype=torch.bool)
 
-    def keep(at: Tensor, found: tuple[Tensor, Tensor]) -> None:
-        values[at], q[at] = found
+    def keep(at: Tensor, found: Valued) -> None:
+        values[at], q[at], followed[at] = found
         examined[at] = True
 
     with counted(progress, len(candidates), f"{chain.name}, {find.method}") as add:
@@ -119,8 +125,9 @@ def place(
             add=add,
         )
     placed = Placements(
-        chain, T, candidates, values, q, examined, by_name, judge.label, judge.larger_is_better, find.complete
-    )
+        chain, T, candidates, values, q, examined, by_name, judge.label, judge.larger_is_better,
+        find.complete, followed if follower else None,
+    )  # fmt: skip
     if checks.flag(refine, "refine") and finished and placed.ties:
         return refined(placed, value, seed)
     return placed
@@ -145,20 +152,28 @@ def _bases(bases: TensorLike) -> Tensor:
 
 
 class _Valuer:
-    """Values bases: the best index and its configuration at each pose."""
+    """Values bases: the best index and its configuration at each pose, or those of the best path."""
 
-    def __init__(self, find: ClosedForm | Search, judge: Judge, poses: Tensor) -> None:
-        self.find, self.judge, self.poses = find, judge, poses
+    def __init__(
+        self, find: ClosedForm | Search, judge: Judge, poses: Tensor, follower: Follower | None
+    ) -> None:
+        self.find, self.judge, self.poses, self.follower = find, judge, poses, follower
 
-    def __call__(self, bases: Tensor, near: Tensor | None = None) -> tuple[Tensor, Tensor]:
-        """Return values (b, k) and configurations (b, k, n) for bases (b, 4, 4).
-
-        A search starts from configurations (k, n) at a base near by, where there are such.
-        """
+    def __call__(self, bases: Tensor, near: Tensor | None = None) -> Valued:
+        """Value bases (b, 4, 4); a search starts from configurations (k, n) at a base near by, if any."""
         T = spatial.inverse(bases)[:, None] @ self.poses
         if near is None or isinstance(self.find, ClosedForm):
             found = self.find(T.flatten(0, 1))
         else:
             found = self.find.from_starts(T.flatten(0, 1), near.repeat(len(bases), 1)[:, None])
-        values, q = self.judge.best(found)
-        return values.reshape(T.shape[:2]), q.reshape(*T.shape[:2], -1)
+        best, configurations = self.judge.best(found)
+        values, q = best.reshape(T.shape[:2]), configurations.reshape(*T.shape[:2], -1)
+        followed = torch.ones(len(bases), dtype=torch.bool)
+        if self.follower is not None:
+            parts = (x.reshape(*T.shape[:2], *x.shape[1:]) for x in found)
+            for i, (poses, *candidates) in enumerate(zip(T, *parts, strict=True)):
+                path = self.follower(poses, Found(*candidates), led=near is None)
+                followed[i] = path.until == len(poses)
+                if followed[i]:
+                    values[i], q[i] = path.values, path.q
+        return Valued(values, q, followed)

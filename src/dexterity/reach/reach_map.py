@@ -24,7 +24,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 import torch
@@ -34,6 +34,7 @@ from torch import Tensor
 
 from dexterity import checks, sealed, spatial, store
 from dexterity.chain import Chain
+from dexterity.descent import RowFrame, TwistRows
 from dexterity.reach.inverse_map import InverseReachMap
 from dexterity.reach.missed import Missed
 from dexterity.spatial import TensorLike
@@ -41,7 +42,7 @@ from dexterity.spatial.tolerances import LIMIT
 
 __all__ = ["Nearest", "ReachMap", "ReachMapFileError"]
 
-_KIND, _VERSION = "reach map", 1
+_KIND, _VERSION = "reach map", 2
 _FIELDS = {
     "reached": torch.bool, "examined": torch.bool, "count": torch.int64, "hits": torch.int64,
     "best": torch.float64,
@@ -96,7 +97,9 @@ class ReachMap:
     method
         How they were found: ``"closed form"``, ``"search"`` or ``"sampling"``.
     rows
-        Components of the tool's pose that fit, in the axes of the tool.
+        Components of the tool's pose that fit.
+    frame
+        Axes of the rows, ``"body"`` for those of the tool or ``"geometric"`` for those of the world.
     cell
         Half the side [m] of a position's cell and half the width [rad] of a rotation's, from a sampling;
         zeros where poses are met exactly.
@@ -119,6 +122,7 @@ class ReachMap:
     configurations: Float64[Tensor, "p r n"]
     method: str
     rows: tuple[int, ...]
+    frame: RowFrame
     cell: tuple[float, float]
     index: str | None
     larger_is_better: bool
@@ -315,8 +319,8 @@ class ReachMap:
         header = {
             "format": "dexterity-reach-map", "version": _VERSION, "robot": chain.name,
             "joint_names": list(chain.joint_names), "method": self.method, "rows": list(self.rows),
-            "cell": list(self.cell), "index": self.index, "larger_is_better": self.larger_is_better,
-            "missed": dataclasses.asdict(self.missed),
+            "frame": self.frame, "cell": list(self.cell), "index": self.index,
+            "larger_is_better": self.larger_is_better, "missed": dataclasses.asdict(self.missed),
         }  # fmt: skip
         names = (*_FIELDS, "positions", "rotations", "configurations")
         arrays = {name: getattr(self, name).numpy() for name in names}
@@ -368,10 +372,9 @@ class ReachMap:
     def _misses(self, T: Tensor, position: Tensor, rotation: Tensor) -> tuple[Tensor, Tensor]:
         """Return the largest components of translations (k) and rotation vectors (k) that remain."""
         wanted = spatial.pose(self.rotations[rotation], self.positions[position])
-        shift = (T[:, :3, 3] - wanted[:, :3, 3])[:, :, None]
-        if max(self.cell) == 0:
-            shift = wanted[:, :3, :3].mT @ shift
-        twist = torch.cat([shift[:, :, 0], spatial.log(_turns(T, wanted))[:, 3:]], 1).abs()
+        # Cells of positions are cubes along the axes of the world.
+        axes = TwistRows(self.rows, self.frame if max(self.cell) == 0 else "geometric")
+        twist = axes.remaining(T, wanted).abs()
         parts = [[row for row in self.rows if (row < 3) is linear] for linear in (True, False)]
         linear, angular = (twist[:, rows].amax(1) if rows else twist.new_zeros(len(twist)) for rows in parts)
         return linear, twist[:, 3:].norm(dim=1) if max(self.cell) > 0 else angular
@@ -379,10 +382,6 @@ class ReachMap:
 
 _CHAIN = ("screws", "home", "lower", "upper", "rates")
 _INERTIAS = ("masses", "centres of mass", "inertias")
-
-
-def _turns(T: Tensor, wanted: Tensor) -> Tensor:
-    return spatial.pose(wanted[:, :3, :3].mT @ T[:, :3, :3], torch.zeros(len(T), 3, dtype=T.dtype))
 
 
 def _parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
@@ -411,6 +410,7 @@ def _parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[
         "rotations": spatial.require_rotation(tensors["rotations"], "rotations"),
         "method": checks.name(header["method"], "method"),
         "rows": tuple(checks.whole(row, "rows", least=0, most=5) for row in header["rows"]),
+        "frame": checks.choice(header["frame"], "frame", get_args(RowFrame)),
         "cell": tuple(checks.real(width, "cell", least=0.0) for width in header["cell"]),
         "index": None if header["index"] is None else checks.name(header["index"], "index"),
         "larger_is_better": checks.flag(header["larger_is_better"], "larger_is_better"),

@@ -25,12 +25,12 @@ import torch
 from torch import Tensor
 
 from dexterity import spatial
-from dexterity.reach.placements import Placement, Placements, coordinates_of, score
+from dexterity.reach.placements import Placement, Placements, Valued, coordinates_of, score
 
 __all__ = ["refined"]
 
-Values: TypeAlias = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
-"""Takes bases (b, 4, 4) and configurations (k, n) at a base near by; returns values and configurations."""
+Values: TypeAlias = Callable[[Tensor, Tensor], Valued]
+"""Takes bases (b, 4, 4) and configurations (k, n) at a base near by, and values them."""
 
 _SHRINK = 0.5
 _FINEST = 1e-3  # of the first step, where the search ends
@@ -91,8 +91,8 @@ def _directions(size: int, generator: torch.Generator) -> Tensor:
 
 def _best_of(coordinates: Tensor, near: Tensor, value: Values, placed: Placements) -> Placement:
     bases = spatial.from_rpy(coordinates[:, 3:], coordinates[:, :3])
-    values, q = value(bases, near)
-    scores = score(values, placed.by, placed.larger_is_better)
+    values, q, followed = value(bases, near)
+    scores = torch.where(followed, score(values, placed.by, placed.larger_is_better), math.nan)
     at = int((scores if placed.larger_is_better else -scores).nan_to_num(nan=-math.inf).argmax())
     return Placement(bases[at], coordinates[at], float(scores[at]), values[at], q[at], True)
 

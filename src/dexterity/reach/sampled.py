@@ -25,6 +25,7 @@ from torch import Tensor
 
 from dexterity import checks
 from dexterity.chain import Chain
+from dexterity.descent import TwistRows
 from dexterity.reach.configurations import drawn_range
 from dexterity.reach.draft import Draft
 from dexterity.reach.judgement import Judge
@@ -81,7 +82,7 @@ def sampled(
             complete = in_pieces(torch.arange(first, draws), draw, hold_out, size=_AT_ONCE, add=add)
     draft.examined[:] = complete
     draft.examined |= draft.reached
-    return draft.finished(judge, "sampling", tuple(range(6)), _missed(draft, tried, new), cells.size)
+    return draft.finished(judge, "sampling", TwistRows(), _missed(draft, tried, new), cells.size)
 
 
 def _missed(draft: Draft, tried: int, new: int) -> Missed:

@@ -17,13 +17,14 @@ Examples
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import torch
 from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
+from dexterity.descent import RowFrame, TwistRows
 from dexterity.indices.rows import Rows, row_numbers
 from dexterity.reach.configurations import ClosedForm, Search, finder
 from dexterity.reach.draft import Draft
@@ -57,6 +58,7 @@ def survey(
     index: IndexLike = None,
     method: Method = "auto",
     rows: Rows = "full",
+    frame: RowFrame = "body",
     starts: int = 16,
     draws: int = 10**6,
     cell: tuple[float, float] | None = None,
@@ -82,9 +84,11 @@ def survey(
     method
         ``"auto"``, ``"closed form"``, ``"search"`` or ``"sampling"``.
     rows
-        Components of the tool's pose that must fit, in the axes of the tool: ``"translational"`` for
-        positions alone, ``("vx", "vy", "vz", "wx", "wy")`` to leave the turn about its z axis free. Only a
-        search takes others than ``"full"``.
+        Components of the tool's pose that must fit: ``"translational"`` for positions alone, ``("vx", "vy",
+        "vz", "wx", "wy")`` to leave the turn about the z axis free. Only a search takes others than
+        ``"full"``.
+    frame
+        Axes of the rows: ``"body"`` for those of the tool, ``"geometric"`` for those of the world.
     starts
         Descents for each pose, of a search.
     draws
@@ -119,15 +123,19 @@ def survey(
     chain = checks.instance(chain, "chain", Chain)
     points, turns = _positions(positions), _rotations(rotations)
     checks.choice(method, "method", ("auto", "closed form", "search", "sampling"))
-    judge, workers, chosen = Judge(chain, index), thread_count(threads), row_numbers(rows)
+    checks.choice(frame, "frame", get_args(RowFrame))
+    judge, workers, chosen = Judge(chain, index), thread_count(threads), TwistRows(row_numbers(rows), frame)
     seed = checks.whole(seed, "seed", least=0)
     if method == "sampling":
         if unfinished is not None:
             raise ValueError("unfinished is given; a sampling cannot go on from a map, draw more instead")
-        if chosen != tuple(range(6)):
+        if chosen.numbers != tuple(range(6)):
             raise ValueError(f"rows is {rows!r}; a sampling has cells of all six rows")
         return sampled(chain, points, turns, judge, draws=draws, cell=cell, seed=seed, progress=progress)
-    find = finder(chain, method, rows=chosen, starts=starts, limit_tolerance=limit_tolerance, seed=seed)
+    find = finder(
+        chain, method, rows=chosen.numbers, frame=frame, starts=starts,
+        limit_tolerance=limit_tolerance, seed=seed,
+    )  # fmt: skip
     draft = _draft(find, judge, points, turns, unfinished)
     left = (~draft.examined).flatten().nonzero()[:, 0]
     with counted(progress, len(left), f"{chain.name}, {find.method}") as add:
