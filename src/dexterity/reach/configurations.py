@@ -25,6 +25,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
+import numpy as np
 import torch
 from scipy.spatial import cKDTree
 from torch import Tensor
@@ -141,15 +142,20 @@ class Search:
             # Each set with a scrambling of its own, so that they are independent.
             seed = (self.seed * 10_007 + i) % 2**31
             q = self._lower + self._width * sobol.points(self.chain.joints, size, seed)
-            sets.append((q, cKDTree(pose_features(self.chain, self.chain.forward(q), self.rows).numpy())))
+            sets.append((q, cKDTree(self._features(self.chain.forward(q)))))
         return sets
+
+    def _features(self, T: Tensor) -> np.ndarray:
+        """Points (k, f) of a tree for poses; all in one place where no number tells poses apart."""
+        features = pose_features(self.chain, T, self.rows).numpy()
+        return features if features.shape[1] else np.zeros((len(T), 1))
 
     def __call__(self, T_world_tool: Tensor) -> Found:
         """Look at rigid poses (k, 4, 4), one start of each set for each."""
         # Built by the first of all threads that get here.
         with self._lock:
             library = self._library
-        features = pose_features(self.chain, T_world_tool, self.rows).numpy()
+        features = self._features(T_world_tool)
         nearest = [q[torch.from_numpy(tree.query(features)[1])] for q, tree in library]
         return self.from_starts(T_world_tool, torch.stack(nearest, 1))
 
