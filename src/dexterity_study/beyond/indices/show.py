@@ -9,8 +9,10 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from dexterity import indices
+from dexterity.codegen.c_file import LANES
 from dexterity.timing import Timing, ratio
 from dexterity_study.beyond.indices.experiment import FORMS, ROBOTS
+from dexterity_study.beyond.indices.footprint import bytes_of, files
 from dexterity_study.beyond.indices.peer_packages import PINOCCHIO, TOOLBOX
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page import figures
@@ -95,6 +97,21 @@ def memory(stored: Evidence) -> Markup:
     """List the growth of memory per configuration."""
     grown = stored["memory"].where().set_index("way")["bytes"].rename("byte per configuration")
     return show(grown.rename_axis(None), "{:.0f}")
+
+
+def footprint() -> Markup:
+    """List bytes of code, of written data and of stack, of files made and compiled here for this processor."""
+    rows = {}
+    for (name, double), (_, single) in zip(files("double"), files("float"), strict=True):
+        (code, data, stack), (_, _, alone) = (bytes_of(double, lanes) for lanes in (LANES, 1))
+        rows[name] = {
+            "Code and constants": code,
+            "Written data": data,
+            "Stack": stack,
+            "Stack, one at a time": alone,
+            "Code, single precision": bytes_of(single, 1)[0],
+        }
+    return show(pd.DataFrame.from_dict(rows, orient="index"), "{:,.0f}")
 
 
 _FIELDS = ("configurations", "lower", "median", "upper")
