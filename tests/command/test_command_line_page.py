@@ -21,6 +21,10 @@ def test_a_line_prints_what_the_page_shows(block: Block, capsys, monkeypatch, tm
     for line in block.code.replace("\\\n", " ").splitlines():
         assert line.startswith("$ ")
         words = shlex.split(line.removeprefix("$ "))
+        if words[0] == "printf":
+            assert words[2] == ">"
+            (tmp_path / words[3]).write_text(words[1].replace("\\n", "\n"), encoding="utf-8")
+            continue
         if words[0] == "echo":
             assert words[2:4] == ["|", "dexterity"]
             monkeypatch.setattr("sys.stdin", io.StringIO(words[1]))
