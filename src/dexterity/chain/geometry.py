@@ -24,8 +24,9 @@ from typing import Literal, TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity.spatial.poses import adjoint, assemble, inverse, inverse_of_rigid
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
+from dexterity.spatial.values import require_finite_result
 
 __all__ = [
     "JointKind",
@@ -47,7 +48,7 @@ LARGE = 100.0
 
 def warn_of_millimetres(name: str, screws: Tensor, home: Tensor, base: Tensor) -> None:
     """Warn of a robot whose axes (n, 6) or tool (4, 4) lie as far from its base (4, 4) as in millimetres."""
-    axes = screws @ spatial.adjoint(spatial.inverse(base)).mT
+    axes = screws @ adjoint(inverse(base)).mT
     points = torch.cat([torch.linalg.cross(axes[:, 3:], axes[:, :3]), (home - base)[None, :3, 3]])
     extent = float(points.abs().max())
     if extent > LARGE:
@@ -103,16 +104,17 @@ def link_transforms(screws: Tensor, kinds: Sequence[JointKind], home: Tensor) ->
     for screw, kind in zip(screws, kinds, strict=True):
         frames.append(_joint_frame(screw, kind, near=frames[-1][:3, 3]))
     frames.append(home)
-    return torch.stack([spatial.inverse(a) @ b for a, b in pairwise(frames)])
+    links = torch.stack([inverse_of_rigid(a) @ b for a, b in pairwise(frames)])
+    return require_finite_result(links, "home")
 
 
 def _joint_frame(screw: Tensor, kind: JointKind, near: Tensor) -> Tensor:
     """Frame with z along the joint's axis and its origin at the axis point nearest to `near`."""
     v, omega = screw[:3], screw[3:]
     if kind == "prismatic":
-        return spatial.pose(_rotation_with_z(v), near)
+        return assemble(_rotation_with_z(v), near)
     on_axis = torch.linalg.cross(omega, v)
-    return spatial.pose(_rotation_with_z(omega), on_axis + omega * (omega @ (near - on_axis)))
+    return assemble(_rotation_with_z(omega), on_axis + omega * (omega @ (near - on_axis)))
 
 
 def _rotation_with_z(axis: Tensor) -> Tensor:

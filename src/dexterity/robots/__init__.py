@@ -27,9 +27,9 @@ from dexterity.robots.description import (
     Vehicle,
     build,
     describe,
-    described,
     names,
     read_description,
+    shipped_chain,
 )
 from dexterity.spatial import TensorLike
 
@@ -95,7 +95,7 @@ def load(name_or_path: str | os.PathLike[str], *, base: str | None = None, tip: 
             f"name_or_path is {checks.shown(text)}; a file that ends in .urdf, .toml or .csv, "
             f"or one of {', '.join(names())} is needed"
         )
-    return build(described(text, "name_or_path"))
+    return shipped_chain(text, "name_or_path")
 
 
 def uvms(
@@ -124,6 +124,8 @@ def uvms(
     """
     lengths = {"l1": l1, "l2": l2, "l3": l3, "y_MB": y_MB}
     changed = {name: checks.real(value, name) for name, value in lengths.items() if value is not None}
+    if not changed and rates is None:
+        return shipped_chain("uvms")
     return build(describe("uvms"), changed, rates=rates)
 
 
@@ -140,8 +142,9 @@ def docking_arm(variant: Literal["stated", "fitted"] = "stated") -> Chain:
     ----------
     Sotiropoulos, Aspragathos & Andritsos (2011), section IV, Table 1.
     """
-    stated = isinstance(variant, str) and variant == "stated"
-    return build(describe("docking_arm"), variant=None if stated else variant)
+    if isinstance(variant, str) and variant == "stated":
+        return shipped_chain("docking_arm")
+    return build(describe("docking_arm"), variant=variant)
 
 
 def puma560() -> Chain:
@@ -152,7 +155,7 @@ def puma560() -> Chain:
     Corke & Armstrong-Hélouvry (1994), A search for consensus among model parameters reported for the
     PUMA 560 robot.
     """
-    return build(describe("puma560"))
+    return shipped_chain("puma560")
 
 
 def panda() -> Chain:
@@ -165,7 +168,7 @@ def panda() -> Chain:
     of the Franka Emika Panda robot with retrieval of feasible parameters using penalty-based optimization,
     IEEE Robotics and Automation Letters 4(4).
     """
-    return build(describe("panda"))
+    return shipped_chain("panda")
 
 
 def ur5e() -> Chain:
@@ -179,7 +182,7 @@ def ur5e() -> Chain:
     Universal Robots, DH parameters for calculations of kinematics and dynamics; UR5e technical
     specifications.
     """
-    return build(describe("ur5e"))
+    return shipped_chain("ur5e")
 
 
 def iiwa14() -> Chain:
@@ -190,7 +193,7 @@ def iiwa14() -> Chain:
     KUKA, Sensitive robotics: LBR iiwa (brochure), dimensions, axis data. Huber et al. (2024), LBR-Stack,
     Journal of Open Source Software 9(103): masses.
     """
-    return build(describe("iiwa14"))
+    return shipped_chain("iiwa14")
 
 
 def oberon7() -> Chain:
@@ -200,7 +203,7 @@ def oberon7() -> Chain:
     ----------
     Manhães et al. (2016), UUV Simulator, OCEANS MTS/IEEE Monterey; its package uuv_manipulators.
     """
-    return build(describe("oberon7"))
+    return shipped_chain("oberon7")
 
 
 def reach_alpha5() -> Chain:
@@ -210,7 +213,7 @@ def reach_alpha5() -> Chain:
     ----------
     Reach Robotics (Blueprint Lab), Reach Alpha: kinematic parameters and data sheet.
     """
-    return build(describe("reach_alpha5"))
+    return shipped_chain("reach_alpha5")
 
 
 def reach_bravo7() -> Chain:
@@ -220,7 +223,7 @@ def reach_bravo7() -> Chain:
     ----------
     Reach Robotics (Blueprint Lab), Reach Bravo: kinematic parameters and data sheet.
     """
-    return build(describe("reach_bravo7"))
+    return shipped_chain("reach_bravo7")
 
 
 def bluerov2(arm: Chain | None = None) -> Chain:
@@ -236,7 +239,7 @@ def bluerov2(arm: Chain | None = None) -> Chain:
     Blue Robotics, BlueROV2 data sheet: size and speed. The mount is one of the integration kit for the
     Reach Alpha; see ``data/robots/bluerov2.toml`` for what is assumed.
     """
-    return build(describe("bluerov2"), arm=arm)
+    return shipped_chain("bluerov2") if arm is None else build(describe("bluerov2"), arm=arm)
 
 
 def girona500(arm: Chain | None = None) -> Chain:
@@ -252,4 +255,4 @@ def girona500(arm: Chain | None = None) -> Chain:
     Ribas, Palomeras, Ridao, Carreras & Mallios (2012), Girona 500 AUV: from survey to intervention, IEEE/ASME
     Transactions on Mechatronics 17(1); see ``data/robots/girona500.toml`` for what is assumed.
     """
-    return build(describe("girona500"), arm=arm)
+    return shipped_chain("girona500") if arm is None else build(describe("girona500"), arm=arm)

@@ -183,6 +183,24 @@ def described(name: str, called: str) -> Description:
     return read_description(path)
 
 
+def shipped_chain(name: str, called: str = "name") -> Chain:
+    """Chain of one of the package's robots, built again only if a file that it was made from has changed."""
+    path = store.data_path("robots") / f"{name}.toml"
+    chain, contents = _SHIPPED.get(path, (None, {}))
+    if chain is None or any(file.read_bytes() != content for file, content in contents.items()):
+        description = described(name, called)
+        contents = {path: path.read_bytes()}
+        chain = build(description)
+        if description.vehicle is not None and description.vehicle.arm is not None:
+            contents |= _SHIPPED[path.with_stem(description.vehicle.arm)][1]
+        _SHIPPED[path] = chain, contents
+    return chain
+
+
+_SHIPPED: dict[Path, tuple[Chain, dict[Path, bytes]]] = {}
+"""Chains, which cannot be changed, and contents of the files that they were made from, by robot file."""
+
+
 def _is_chain(path: Path) -> bool:
     content = store.read_toml(path)
     return not set(get_args(Form)).isdisjoint(content) or "arm" in content.get("vehicle", {})
@@ -489,7 +507,7 @@ def _vector(value: Any, where: str, count: int = 3) -> tuple[float, ...]:
 
 def _arm(description: Description, lengths: Mapping[str, float], name: str) -> Chain:
     if description.vehicle is not None and description.vehicle.arm is not None:
-        return build(describe(description.vehicle.arm))
+        return shipped_chain(description.vehicle.arm)
     rows = description.joints
     if description.form == "dh":
         dh_rows = [_dh_row(row) for row in rows]

@@ -342,9 +342,7 @@ def inverse(T: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     ValueError
         If `T` is not a rigid-body pose.
     """
-    T = require_rigid(T, "T")
-    R_transposed = T[..., :3, :3].mT
-    return require_finite_result(assemble(R_transposed, -(R_transposed @ T[..., :3, 3:])[..., 0]), "T")
+    return require_finite_result(inverse_of_rigid(require_rigid(T, "T")), "T")
 
 
 _SERIES_BELOW = 0.25  # θ²; the series below are cut where their next term is under 1e-17 there
@@ -354,6 +352,11 @@ def assemble(R: Tensor, p: Tensor) -> Tensor:
     top = torch.cat([R, p[..., None]], dim=-1)
     last_row = top.new_tensor([0.0, 0.0, 0.0, 1.0]).expand(*top.shape[:-2], 1, 4)
     return torch.cat([top, last_row], dim=-2)
+
+
+def inverse_of_rigid(T: Tensor) -> Tensor:
+    R_transposed = T[..., :3, :3].mT
+    return assemble(R_transposed, -(R_transposed @ T[..., :3, 3:])[..., 0])
 
 
 def skew(omega: Tensor) -> Tensor:
