@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import sympy
@@ -337,7 +337,12 @@ def derive(chain: Chain | SymbolicChain, index: Index) -> Derivation:
     """
     if not isinstance(index, Index):
         raise TypeError(f"index is {index!r}; an Index is needed, such as Index('manipulability')")
-    chain = SymbolicChain.of(chain)
+    return _derived(SymbolicChain.of(chain), index)
+
+
+# Of an index, torch and C, value and gradient, file and costs are often wanted one after the other.
+@lru_cache(maxsize=16)
+def _derived(chain: SymbolicChain, index: Index) -> Derivation:
     weights = index.column_weights(chain.rates)
 
     everywhere = range(chain.joints + 1)
