@@ -104,7 +104,9 @@ def _accept(part: str, reason: str) -> int:
 def _probed(experiments: list[Experiment]) -> Iterator[tuple[Experiment, list[str], float]]:
     """Repeat probes side by side; yield what each misses, and how long it took."""
     jobs = (joblib.delayed(_missed)(one.chapter, one.name) for one in experiments)
-    answers = joblib.Parallel(n_jobs=-1, return_as="generator")(jobs)
+    # A single one needs no other process.
+    workers = max(1, min(len(experiments), joblib.cpu_count()))
+    answers = joblib.Parallel(n_jobs=workers, return_as="generator")(jobs)
     for experiment, (missed, seconds) in zip(experiments, answers, strict=True):
         yield experiment, missed, seconds
 
