@@ -1,8 +1,6 @@
 """Torch's defaults belong to the caller: no default type or device changes an answer or breaks a call."""
 
 import contextlib
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -10,6 +8,7 @@ import torch
 
 import dexterity as dx
 from dexterity import sobol
+from warm_process import WarmProcess
 
 Q = [0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5]
 
@@ -91,5 +90,5 @@ for name in names:
 def test_torch_compiles_as_many_indices_as_there_are():
     """torch.compile gives up after eight variants of one function."""
     # Apart from the tests' checks of types, which torch does not trace.
-    ended = subprocess.run([sys.executable, "-c", MANY], capture_output=True, text=True, check=False)
-    assert ended.returncode == 0, ended.stderr[-2000:]
+    ended, printed = WarmProcess(MANY).end()
+    assert ended == 0, printed[-2000:]

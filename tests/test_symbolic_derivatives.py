@@ -2,8 +2,6 @@
 
 import math
 import pickle
-import subprocess
-import sys
 
 import mpmath
 import pytest
@@ -15,6 +13,7 @@ import dexterity as dx
 from dexterity import indices, symbolic
 from dexterity.chain import Chain
 from dexterity.indices import Index
+from warm_process import WarmProcess
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit.script.* is deprecated:DeprecationWarning")
 PUMA = dx.robots.puma560()
@@ -122,8 +121,8 @@ for name in {names!r}:
 
 def test_compilation_and_export_by_torch_work():
     """In a process of its own: the run-time checks of annotations in the tests cannot be traced."""
-    run = subprocess.run([sys.executable, "-c", TRACED.format(names=NAMES)], capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
+    ended, printed = WarmProcess(TRACED.format(names=NAMES)).end()
+    assert ended == 0, printed
 
 
 def test_maps_of_torch_work(both):

@@ -1,8 +1,6 @@
 """Descriptions of chains: right to six digits, of any kind of array, with printable names; torch's tools."""
 
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from torch.testing import assert_close
 
 import dexterity as dx
 from dexterity import spatial
+from warm_process import WarmProcess
 
 PUMA = dx.robots.puma560()
 KINEMATICS = ("forward", "joint_frames", "spatial_jacobian", "body_jacobian", "geometric_jacobian")
@@ -163,8 +162,8 @@ for function in (chain.body_jacobian, chain.mass_matrix):
 
 def test_kinematics_can_be_compiled_mapped_and_differentiated_forwards():
     """In a process of its own: the run-time checks of annotations in the tests cannot be traced."""
-    done = subprocess.run([sys.executable, "-W", "ignore", "-c", TRACED], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    ended, printed = WarmProcess(TRACED).end()
+    assert ended == 0, printed
 
 
 def test_torchs_default_device_does_not_move_a_chain():

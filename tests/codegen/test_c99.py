@@ -5,7 +5,6 @@ import math
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 import dexterity as dx
 from dexterity import symbolic
-from dexterity.codegen import engine, library
+from dexterity.codegen import library
 from dexterity.codegen.c99 import c_files, function_name
 from dexterity.codegen.c_file import NOT_FINITE
 from dexterity.indices import Index
@@ -44,15 +43,6 @@ def compiler(request: pytest.FixtureRequest) -> str:
     if shutil.which(request.param) is None:
         pytest.skip(f"{request.param} is not installed")
     return request.param
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _quick_compilation_into_a_cache_of_its_own(tmp_path_factory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DEXTERITY_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(library, "FLAGS", tuple("-O0" if f == "-O3" else f for f in library.FLAGS))
-        patch.setattr(engine, "derive", cache(engine.derive))
-        yield
 
 
 @cache

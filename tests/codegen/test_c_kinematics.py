@@ -31,14 +31,6 @@ MAPS = {
 DTYPES = {"double": np.float64, "float": np.float32}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _quick_compilation_into_a_cache_of_its_own(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DEXTERITY_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(library, "FLAGS", tuple("-O0" if f == "-O3" else f for f in library.FLAGS))
-        yield
-
-
 @cache
 def compiled(name: str, precision: str) -> ctypes.CDLL:
     return library.compiled_library(c_kinematics.c_source(CHAINS[name], "arm", precision))

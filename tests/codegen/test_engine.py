@@ -10,19 +10,10 @@ from numpy.testing import assert_array_equal
 
 import dexterity as dx
 from dexterity import symbolic
-from dexterity.codegen import library
 from dexterity.indices import Index
 
 PUMA = dx.robots.puma560()
 BACKENDS = pytest.mark.parametrize("backend", ["c", "torch"])
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _a_cache_of_its_own(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DEXTERITY_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(library, "FLAGS", tuple("-O1" if f == "-O3" else f for f in library.FLAGS))
-        yield
 
 
 @BACKENDS
@@ -78,11 +69,19 @@ def test_threads_of_torch_are_those_of_torch():
         symbolic.compile_index(PUMA, "w", threads=2)
 
 
-def test_one_configuration_takes_microseconds(rng):
-    """A bound with room for any machine; the benchmarks have the times."""
-    f = symbolic.compile_index(PUMA, Index("manipulability"), "c")
+def test_one_configuration_takes_a_fraction_of_the_time_of_torch(rng):
+    """A ratio within one run, with room for any machine; the benchmarks have the times."""
     q = rng.uniform(-1, 1, 6)
-    start = time.thread_time()
-    for _ in range(1000):
-        f(q)
-    assert time.thread_time() - start < 0.02
+
+    def seconds(function) -> float:
+        """Return the least processor time of a call, which no other process has stretched."""
+        rounds = []
+        for _ in range(20):
+            start = time.thread_time()
+            for _ in range(10):
+                function(q)
+            rounds.append(time.thread_time() - start)
+        return min(rounds)
+
+    index = Index("manipulability")
+    assert 10 * seconds(symbolic.compile_index(PUMA, index, "c")) < seconds(index.bind(PUMA))

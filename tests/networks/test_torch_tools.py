@@ -3,8 +3,6 @@
 pytorch_kinematics#66 and its pull request #26 are users' threads on vmap, compile and export.
 """
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +10,7 @@ import torch
 
 from dexterity import networks
 from example_networks import examples, random_configurations
+from warm_process import WarmProcess
 
 NETWORKS = examples()
 ALL = pytest.mark.parametrize("network", NETWORKS.values(), ids=NETWORKS)
@@ -62,8 +61,8 @@ for name in ("triple, origin and joints", "radial basis, joints"):
 def test_compile_and_export():
     """In a process whose annotations nobody checks: torch cannot trace the checks of tests."""
     code = TRACED.format(folder=str(Path(__file__).parents[1]))
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert result.returncode == 0, result.stderr
+    ended, printed = WarmProcess(code).end()
+    assert ended == 0, printed
 
 
 @ALL

@@ -3,8 +3,6 @@ import html.parser
 import itertools
 import math
 import re
-import subprocess
-import sys
 import uuid
 import zlib
 from collections.abc import Callable
@@ -30,6 +28,7 @@ from dexterity.scenes import Body, Scene, Slider
 from dexterity.scenes.camera import View, camera_axes
 from dexterity.scenes.colors import darker, hex_color, number
 from serial_chains import random_robot
+from warm_process import WarmProcess
 
 Array = NDArray[np.float64]
 Command = dict[str, Any]
@@ -174,13 +173,7 @@ shown = scene._repr_html_()
 def test_another_process_gives_the_same_bytes() -> None:
     here: dict[str, str] = {}
     exec(PROGRAM, here)
-    there = subprocess.run(
-        [sys.executable, "-c", f"{PROGRAM}\nprint(shown, end='')"],
-        capture_output=True,
-        check=True,
-        encoding="utf-8",
-    )
-    assert there.stdout == here["shown"]
+    assert WarmProcess(f"{PROGRAM}\nprint(shown, end='')").end() == (0, here["shown"])
 
 
 def test_ids_elsewhere_stay_unique() -> None:

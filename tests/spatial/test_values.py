@@ -1,7 +1,5 @@
 """What a caller gives: every kind of array, and torch's compilation, export, transforms and devices."""
 
-import subprocess
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -11,6 +9,7 @@ from torch.testing import assert_close
 
 import dexterity as dx
 from dexterity import spatial
+from warm_process import WarmProcess
 
 Q = [0.3, -0.5, 0.7, 0.2, 0.9, -0.4]
 
@@ -141,8 +140,8 @@ def test_compilation_export_and_a_device_without_values():
     from pathlib import Path
 
     code = TRACED.format(folder=str(Path(__file__).parent))
-    done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    ended, printed = WarmProcess(code).end()
+    assert ended == 0, printed
 
 
 @pytest.mark.filterwarnings("ignore:The PyTorch API of nested tensors")

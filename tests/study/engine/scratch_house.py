@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from dexterity import store
+from warm_process import WarmProcess
 
 EXPERIMENT = '''"""Tiny."""
 
@@ -123,12 +124,9 @@ class House:
 
     def stale_after(self, edits: list[tuple[str, str, str]]) -> list[dict[str, list[str]]]:
         """Make one edit after the other, each undone again, and return what is stale with it, by task."""
-        environment = os.environ | {"PYTHONPATH": str(self.root / "src")}
-        command = [sys.executable, "-c", STALE_AFTER, str(self.root), json.dumps(edits)]
-        done = subprocess.run(
-            command, cwd=self.root, env=environment, capture_output=True, text=True, check=True
-        )
-        return json.loads(done.stdout)
+        code, printed = WarmProcess(STALE_AFTER, str(self.root), json.dumps(edits), tree=self.root).end()
+        assert code == 0, printed
+        return json.loads(printed)
 
     @contextlib.contextmanager
     def cluster(self, workers: int) -> Iterator[tuple[str, Callable[[], list[int]]]]:
@@ -148,15 +146,10 @@ class House:
         finally:
             process.communicate("stop\n", timeout=60)
 
-    def start(self, *arguments: str, **options: object) -> subprocess.Popen[str]:
+    def start(self, *arguments: str) -> WarmProcess:
         """Start the engine's command line."""
-        environment = os.environ | {"PYTHONPATH": str(self.root / "src"), "OMP_NUM_THREADS": "1"}
-        command = [sys.executable, "-m", "dexterity_study.engine.command", *arguments]
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-        return subprocess.Popen(command, cwd=self.root, env=environment, **pipes, **options)  # type: ignore[call-overload]
+        return WarmProcess("dexterity_study.engine.command", *arguments, tree=self.root)
 
     def run(self, *arguments: str) -> tuple[int, str]:
         """Run the engine's command line and return its exit code and what it printed."""
-        process = self.start(*arguments)
-        printed, _ = process.communicate(timeout=300)
-        return process.returncode, printed
+        return self.start(*arguments).end()

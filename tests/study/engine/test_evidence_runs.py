@@ -7,6 +7,8 @@ import time
 import pytest
 from scratch_house import House
 
+from warm_process import wait_for
+
 TINY = "src/dexterity_study/uvms/tiny"
 
 
@@ -89,17 +91,15 @@ def test_acceptance_repeats_the_probe_and_leaves_its_reason_on_the_card(tmp_path
 
 def test_a_killed_run_goes_on_where_it_was(tmp_path):
     house = House(tmp_path)
-    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=2.0, sizes")
-    process = house.start("evidence", "uvms.tiny.errors", "--workers", "1", start_new_session=True)
+    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=1.0, sizes")
+    process = house.start("evidence", "uvms.tiny.errors", "--workers", "1")
     first = house.results / "errors/chosen.0.toml"
-    deadline = time.time() + 60
-    while not first.exists() and time.time() < deadline:
-        time.sleep(0.05)
-    time.sleep(0.5)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.communicate()
+    wait_for(first.exists)
+    time.sleep(0.3)
+    process.kill()
+    process.end()
     made = first.read_bytes()
-    code, printed = house.run("evidence", "uvms.tiny.errors")
+    code, printed = house.run("evidence", "uvms.tiny.errors", "--workers", "1")
     assert code == 0, printed
     assert first.read_bytes() == made
     assert not list(house.results.rglob("*.tmp"))
@@ -109,28 +109,24 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
 
 def test_source_that_changes_while_it_runs_stores_nothing(tmp_path):
     house = House(tmp_path)
-    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=5.0, sizes")
+    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=2.0, sizes")
     process = house.start("evidence", "uvms.tiny.errors", "--workers", "1")
-    deadline = time.time() + 60
-    while not list(house.results.glob("errors/chosen.*.toml")) and time.time() < deadline:
-        time.sleep(0.05)
-    time.sleep(1)
+    wait_for(lambda: list(house.results.glob("errors/chosen.*.toml")))
+    time.sleep(0.3)
     house.edit(f"{TINY}/sampler.py", "Random(seed)", "Random(seed + 1)")
-    printed, _ = process.communicate(timeout=120)
-    assert process.returncode == 1
+    code, printed = process.end()
+    assert code == 1
     assert "sampler.py has changed while uvms.tiny ran" in printed
     assert len(list(house.results.glob("errors/chosen.*.csv"))) == 1
 
 
 def test_a_cluster_finishes_although_one_of_its_workers_is_killed(tmp_path):
     house = House(tmp_path)
-    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=3.0, sizes")
+    house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=2.0, sizes")
     with house.cluster(workers=2) as (scheduler, workers):
         process = house.start("evidence", "uvms.tiny.errors", "--backend", "dask", "--scheduler", scheduler)
-        deadline = time.time() + 120
-        while not list(house.results.glob("errors/*.csv")) and time.time() < deadline:
-            time.sleep(0.05)
+        wait_for(lambda: list(house.results.glob("errors/*.csv")))
         os.kill(workers()[0], signal.SIGKILL)
-        printed, _ = process.communicate(timeout=200)
-    assert process.returncode == 0, printed
+        code, printed = process.end()
+    assert code == 0, printed
     assert house.run("stale", "uvms.tiny.errors")[0] == 0

@@ -1,10 +1,6 @@
 """Throw-away books: what is executed when, what a failure says, and how a build goes on after a kill."""
 
-import os
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import nbformat
@@ -13,6 +9,7 @@ import pytest
 
 from dexterity_study.page import build
 from dexterity_study.page.execution import Execution
+from warm_process import WarmProcess, wait_for
 
 HEADER = "---\nfile_format: mystnb\nkernelspec:\n  name: python3\n---\n\n"
 
@@ -141,12 +138,12 @@ def test_failing_cell_is_reported(
 def test_silent_cell_counts_as_hung(book: Book, capsys: pytest.CaptureFixture[str]) -> None:
     book.write("one", "# One\n\n```{code-cell}\nimport time\ntime.sleep(600)\n```\n")
     # Computing all the time and telling something from time to time are both progress.
-    busy = "import time\nend = time.monotonic() + 8\nwhile time.monotonic() < end: pass"
-    chatty = "for _ in range(8):\n    time.sleep(1)\n    print(_, flush=True)"
+    busy = "import time\nend = time.monotonic() + 4\nwhile time.monotonic() < end: pass"
+    chatty = "for _ in range(4):\n    time.sleep(1)\n    print(_, flush=True)"
     book.write("two", f"# Two\n\n```{{code-cell}}\n{busy}\n{chatty}\n```\n")
-    assert book.execute("--hung-after=5") != 0
+    assert book.execute("--hung-after=3") != 0
     output = capsys.readouterr().out
-    assert "one, code cell 1 (book/one.md, line 10): no output and no computation for 5 s" in output
+    assert "one, code cell 1 (book/one.md, line 10): no output and no computation for 3 s" in output
     assert set(book.notebooks()) == {"two"}
 
 
@@ -157,37 +154,25 @@ def test_unknown_page_is_refused(book: Book, capsys: pytest.CaptureFixture[str])
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_stopped_build_goes_on_where_it_was(book: Book, tmp_path: Path, stop: signal.Signals) -> None:
-    text = book.source("two").read_text()
     gate = tmp_path / "gate"
     waiting = f"import time\nwhile not Path({str(gate)!r}).exists(): time.sleep(0.1)\nprint(6 * 7)"
     book.edit("two", "print(6 * 7)", waiting)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "dexterity_study.page.build", *book.arguments], start_new_session=True
-    )
-    _wait_for(lambda: set(book.notebooks()) == {"one"} and "two" in book.log.read_text())
+    process = WarmProcess("dexterity_study.page.build", *book.arguments)
+    wait_for(lambda: set(book.notebooks()) == {"one"} and "two" in book.log.read_text())
     kernels = psutil.Process(process.pid).children(recursive=True)
     assert kernels
     assert build.main(book.arguments) == 3  # while another one builds
-    os.killpg(process.pid, stop)
-    assert process.wait(timeout=60) != 0
-    _wait_for(lambda: not any(kernel.is_running() for kernel in kernels))
+    process.kill(stop)
+    assert process.end(timeout=60)[0] != 0
+    wait_for(lambda: not any(kernel.is_running() for kernel in kernels))
     assert set(book.notebooks()) == {"one"}
     book.executed()
 
     gate.touch()
     assert book.execute() == 0
     assert book.executed() == ["two"]
-    book.source("two").write_text(text)
-    assert book.execute() == 0
     after = book.notebooks()
     for file in (tmp_path / "_build" / "executed").iterdir():
         file.unlink()
     assert book.execute() == 0
     assert book.notebooks() == after
-
-
-def _wait_for(condition: object, seconds: float = 120) -> None:
-    end = time.monotonic() + seconds
-    while not condition():  # type: ignore[operator]
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.1)
