@@ -176,3 +176,8 @@ def test_what_an_error_shows_is_one_short_line(value):
 def test_a_whole_number_beyond_64_bits_is_refused(value):
     with pytest.raises(ValueError, match=r"^count is .*; a whole number is needed, in 64 bits$"):
         checks.whole(value, "count")
+
+
+@pytest.mark.parametrize("wrap", [lambda x: x, lambda x: [x], lambda x: {"a": x}, lambda x: (1, {2: [x]})])
+def test_an_error_shows_any_number_however_deep_it_stands(wrap):
+    assert "a whole number of 16610 bits" in checks.shown(wrap(10**5000))

@@ -394,9 +394,6 @@ def instance(value: Any, name: str, kind: type[_Kind]) -> _Kind:
 
 def shown(value: Any) -> str:
     """Return a value as an error shows it: short, on one line, whatever it is."""
-    # repr of an integer of thousands of digits is an error by itself.
-    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 128:
-        return f"a whole number of {value.bit_length()} bits"
     if _has_axes(value):
         return f"an array of shape {tuple(value.shape)}"
     return " ".join(_Short().repr(value).split())
@@ -406,6 +403,10 @@ class _Short(reprlib.Repr):
     def __init__(self) -> None:
         super().__init__()
         self.maxstring = self.maxother = 80
+
+    def repr_int(self, x: int, level: int) -> str:  # noqa: ARG002  # it is given by the base class
+        # repr of an integer of thousands of digits is an error by itself.
+        return repr(x) if x.bit_length() <= 128 else f"a whole number of {x.bit_length()} bits"
 
 
 def _without_wrapper(value: Any) -> Any:

@@ -103,7 +103,12 @@ def test_numpy_alone_reads_a_file(tmp_path, rng):
 def test_an_older_file_stays_where_writing_fails(tmp_path, rng):
     network = feed_forward(rng, "identity")
     content = written(tmp_path, network, CARD)
-    for card, error in (({"worst": float("nan")}, ValueError), ({"when": object()}, TypeError)):
+    wrong = (
+        ({"worst": float("nan")}, ValueError),
+        ({"when": object()}, TypeError),
+        ({"n": 10**5000}, ValueError),
+    )
+    for card, error in wrong:
         with pytest.raises(error):
             save(network, tmp_path / "network.npz", card)
     assert (tmp_path / "network.npz").read_bytes() == content

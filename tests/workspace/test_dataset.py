@@ -2,6 +2,7 @@
 
 import math
 import subprocess
+from pathlib import Path
 
 import joblib
 import numpy as np
@@ -10,7 +11,7 @@ import torch
 from scipy.spatial.transform import Rotation
 from torch.testing import assert_close
 
-from dexterity import spatial, store
+from dexterity import spatial
 from dexterity.workspace import dataset, dynamics, reachability
 from dexterity.workspace.dataset import Scaling
 
@@ -160,15 +161,15 @@ def test_a_set_that_was_stopped_halfway_is_not_read(tmp_path, kind, monkeypatch)
     read = dataset.read_csv(tmp_path, "conf")
     np.testing.assert_array_equal(read["train"][0], dataset.features(older.samples).numpy())
     np.testing.assert_array_equal(read["test"][1][:, 0], older.reachable.numpy())
-    write, written = store.write_atomically, []
+    replace, replaced = Path.replace, []
 
-    def write_or_stop(path, content):
-        if len(written) == kind:
+    def replace_or_stop(path, target):
+        if len(replaced) == kind:
             raise KeyboardInterrupt
-        write(path, content)
-        written.append(path)
+        replaced.append(target)
+        return replace(path, target)
 
-    monkeypatch.setattr(store, "write_atomically", write_or_stop)
+    monkeypatch.setattr(Path, "replace", replace_or_stop)
     with pytest.raises(KeyboardInterrupt):
         dataset.write_csv(tmp_path, newer, newer)
     with pytest.raises(FileNotFoundError, match=r"conf\.sha256"):

@@ -24,6 +24,7 @@ from typing import Any
 
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.chain import Chain
 from dexterity.indices import Index
 from dexterity.networks import card_text, spaces
@@ -47,7 +48,7 @@ class Card(Mapping[str, Any]):
     TypeError
         If `entries` is no mapping, a key is no text, or a value is of another kind.
     ValueError
-        If a number is not finite, or lists and mappings are nested too deeply.
+        If a number is not finite or too large for 64 bits, or lists and mappings are nested too deeply.
     """
 
     def __init__(self, entries: Mapping[str, Any] | None = None) -> None:
@@ -206,6 +207,8 @@ def _numbers(entry: Any, absent: float) -> Any:
 def _copied(value: Any, place: str) -> Any:
     """Copy what JSON says and gives back as it was; errors name the place."""
     if value is None or type(value) in (bool, str, int):
+        if type(value) is int and value.bit_length() > 63:
+            raise ValueError(f"{place} is {checks.shown(value)}; a number in 64 bits is needed")
         return value
     if isinstance(value, float):
         if not math.isfinite(value):

@@ -56,6 +56,11 @@ class Timing:
         Those of the way.
     lower, median, upper
         First, second and third quartile [s].
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the name is blank or not printable, a number is none, or it is negative or not finite.
     """
 
     name: str
@@ -63,6 +68,12 @@ class Timing:
     lower: float
     median: float
     upper: float
+
+    def __post_init__(self) -> None:
+        time = checks.Real(least=0)
+        checks.fields(
+            self, name=checks.Name(), configurations=checks.Whole(1), lower=time, median=time, upper=time
+        )
 
     @classmethod
     def from_times(cls, name: str, configurations: int, times: Sequence[float]) -> Timing:
@@ -73,7 +84,6 @@ class Timing:
         ValueError
             If there is no time, a time is negative or not finite, or `configurations` is not positive.
         """
-        name = checks.name(name, "name")
         configurations = checks.whole(configurations, "configurations", least=1)
         if isinstance(times, (str, bytes)) or not isinstance(times, Iterable):
             raise TypeError(f"times is {checks.shown(times)}; times [s] are needed")
