@@ -24,32 +24,40 @@ ValueError: index is 'manipulabilty'; did you mean 'manipulability'? One of mani
 from __future__ import annotations
 
 import difflib
+import functools
+import inspect
 import math
 import numbers
 import operator
+import os
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, ParamSpec, TypeAlias, TypeVar
 
 __all__ = [
     "Check",
     "Choice",
+    "Each",
     "Flag",
     "Instance",
     "Name",
+    "Named",
     "OrNone",
     "Real",
     "Whole",
+    "arguments",
     "choice",
     "fields",
     "flag",
     "function",
+    "hint",
     "identifier",
     "instance",
     "name",
     "names",
+    "path",
     "positive",
     "real",
     "seed",
@@ -58,6 +66,8 @@ __all__ = [
 ]
 
 _Kind = TypeVar("_Kind")
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 
 Check: TypeAlias = Callable[[Any, str], Any]
@@ -204,13 +214,10 @@ class Choice:
 
     def __call__(self, value: Any, name: str) -> str:
         """Return the text."""
-        known = ", ".join(self.known)
         if not isinstance(value, str):
-            raise TypeError(f"{name} is {shown(value)}; one of {known} is needed")
+            raise TypeError(f"{name} is {shown(value)}; one of {_listed(self.known)} is needed")
         if value not in self.known:
-            near = difflib.get_close_matches(value, self.known, 1)
-            hint = f"did you mean {near[0]!r}? One" if near else "one"
-            raise ValueError(f"{name} is {shown(value)}; {hint} of {known} is needed")
+            raise ValueError(f"{name} is {shown(value)}; {hint(value, self.known)}")
         return value
 
 
@@ -262,6 +269,44 @@ class OrNone:
     def __call__(self, value: Any, name: str) -> Any:
         """Return None or the checked value."""
         return None if value is None else self.check(value, name)
+
+
+@dataclass(frozen=True)
+class Each:
+    """A sequence, not a text, of values that another check takes; it becomes a tuple.
+
+    Attributes
+    ----------
+    check
+        The check of a value.
+    """
+
+    check: Check
+
+    def __call__(self, value: Any, name: str) -> tuple[Any, ...]:
+        """Return the checked values."""
+        if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
+            raise TypeError(f"{name} is {shown(value)}; a sequence is needed")
+        return tuple(self.check(each, f"{name}[{i}]") for i, each in enumerate(value))
+
+
+@dataclass(frozen=True)
+class Named:
+    """A mapping from texts to values that another check takes.
+
+    Attributes
+    ----------
+    check
+        The check of a value.
+    """
+
+    check: Check
+
+    def __call__(self, value: Any, name: str) -> dict[str, Any]:
+        """Return the checked values by their names."""
+        if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+            raise TypeError(f"{name} is {shown(value)}; a mapping from texts is needed")
+        return {key: self.check(each, f"{name}[{key!r}]") for key, each in value.items()}
 
 
 # ---- arguments -------------------------------------------------------------------------------------
@@ -335,6 +380,34 @@ def choice(value: Any, name: str, known: Iterable[str]) -> str:
     return Choice(tuple(known))(value, name)
 
 
+def hint(value: str, known: Iterable[str], listed: Iterable[str] | None = None) -> str:
+    """Return what an error tells of an unknown text: up to three known ones that are like it, and all.
+
+    Parameters
+    ----------
+    value
+        The text.
+    known
+        All texts that would do. Their case does not matter to the likeness.
+    listed
+        What is listed in place of all that are known.
+    """
+    folded = {text.casefold(): text for text in known}
+    near = [repr(folded[text]) for text in difflib.get_close_matches(value.casefold(), folded, 3, _ALIKE)]
+    question = f"did you mean {' or '.join(near)}? One" if near else "one"
+    return f"{question} of {_listed(folded.values() if listed is None else listed)} is needed"
+
+
+_ALIKE = 0.5  # share of letters that two names have in common, in their order
+
+
+def _listed(texts: Iterable[str]) -> str:
+    return ", ".join(texts) or "(there are none)"
+
+
+_ALIKE = 0.5  # share of letters that two names have in common, in their order
+
+
 def flag(value: Any, name: str) -> bool:
     """Return True or False; errors are those of :class:`Flag`."""
     return Flag()(value, name)
@@ -350,6 +423,27 @@ def function(value: Any, name: str) -> Callable[..., Any]:
     """
     if not callable(value):
         raise TypeError(f"{name} is {shown(value)}; a function is needed")
+    return value
+
+
+def path(value: Any, name: str) -> str | os.PathLike[str]:
+    """Return a path of a file or folder, as text or as an object with a path.
+
+    Raises
+    ------
+    TypeError
+        If the value is neither.
+    ValueError
+        If the path is empty, or holds what no path can hold.
+    """
+    text = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(text, str):
+        raise TypeError(f"{name} is {shown(value)}; a path is needed")
+    try:
+        if not text or b"\0" in os.fsencode(text):
+            raise ValueError
+    except ValueError:  # of which an error of encoding is one
+        raise ValueError(f"{name} is {shown(text)}; a path is needed") from None
     return value
 
 
@@ -384,6 +478,47 @@ _WORDS = (
     "typename typeof undefined union unsigned using var virtual void volatile while with xor yield"
 )
 _KEYWORDS = frozenset(_WORDS.split())
+
+
+def arguments(**declared: Check) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
+    """Check arguments of a function before each call, and pass them on in their plain types.
+
+    Parameters
+    ----------
+    declared
+        A check for each argument. An argument that is left at its default is not checked.
+
+    Raises
+    ------
+    TypeError, ValueError
+        By the function, as the checks; the error names the argument.
+
+    Examples
+    --------
+    >>> from dexterity import checks
+    >>> @checks.arguments(count=checks.Whole(least=1))
+    ... def row(count):
+    ...     return [0.0] * count
+    >>> row(2.5)
+    Traceback (most recent call last):
+        ...
+    TypeError: count is 2.5; a whole number of at least 1 is needed
+    """
+
+    def decorate(function: Callable[_P, _R]) -> Callable[_P, _R]:
+        signature = inspect.signature(function)
+
+        @functools.wraps(function)
+        def checked(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+            given = signature.bind(*args, **kwargs)
+            for name, check in declared.items():
+                if name in given.arguments:
+                    given.arguments[name] = check(given.arguments[name], name)
+            return function(*given.args, **given.kwargs)
+
+        return checked
+
+    return decorate
 
 
 def instance(value: Any, name: str, kind: type[_Kind]) -> _Kind:

@@ -77,6 +77,7 @@ class Operations:
 # ---- expressions -----------------------------------------------------------------------------------
 
 
+@checks.arguments(expressions=checks.Each(checks.Instance(Expr)))
 def count(expressions: Iterable[Expr]) -> Operations:
     """Operations that it takes to work the expressions out one by one, nothing shared between them."""
     additions = multiplications = 0
@@ -90,12 +91,14 @@ def count(expressions: Iterable[Expr]) -> Operations:
     return Operations(additions, multiplications)
 
 
+@checks.arguments(expressions=checks.Each(checks.Instance(Expr)))
 def count_shared(expressions: Iterable[Expr]) -> Operations:
     """Operations that it takes when `sympy.cse`, with its defaults, has named what occurs more than once."""
     steps, outputs = sympy.cse(list(expressions))
     return count([expression for _, expression in steps] + list(outputs))
 
 
+@checks.arguments(program=checks.Instance(Program))
 def count_program(program: Program) -> Operations:
     """Operations of a program, each of its steps worked out once."""
     return count(expression for _, expression in program.steps)
@@ -209,6 +212,7 @@ def _output(hidden: Sequence[Expr]) -> Expr:
 # ---- dense matrices --------------------------------------------------------------------------------
 
 
+@checks.arguments(symmetric=checks.Flag())
 def gram(rows: int, columns: int, symmetric: bool = False) -> Operations:
     """Operations of JJᵀ for a matrix without zeros.
 

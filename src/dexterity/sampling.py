@@ -173,6 +173,7 @@ class Box:
         object.__setattr__(self, "levels", _levels(levels, self.dimensions))
 
     @classmethod
+    @checks.arguments(chain=checks.Instance(Chain))
     def from_chain(cls, chain: Chain, levels: int | Sequence[int | None] | None = None) -> Box:
         """Take the joint limits of a chain.
 
@@ -227,8 +228,8 @@ class Box:
         if reach.shape not in ((), (chain.joints,)) or not (reach > 0).all():
             raise ValueError(f"half_range is {half_range}; a positive number, or one a joint, is needed")
         varies = torch.full((chain.joints,), joints is None)
-        for i, joint in enumerate(() if joints is None else joints):
-            varies[checks.whole(joint, f"joints[{i}]", least=0, most=chain.joints - 1)] = True
+        if joints is not None:
+            varies[list(checks.Each(checks.Whole(0, chain.joints - 1))(joints, "joints"))] = True
         reach = torch.where(varies, reach, 0.0)
         middle = middle.clamp(chain.lower, chain.upper)
         return cls(torch.maximum(middle - reach, chain.lower), torch.minimum(middle + reach, chain.upper))
@@ -322,6 +323,7 @@ class TaskSector:
     turned: bool = False
 
     def __post_init__(self) -> None:
+        checks.fields(self, rest=checks.Instance(Box), turned=checks.Flag())
         for name in ("task_point", "base_offset"):
             vector = _vector(getattr(self, name), name)
             if len(vector) != 3:
@@ -406,6 +408,7 @@ class TaskSector:
         return torch.stack([x, y, z], -1)
 
 
+@checks.arguments(index_name=checks.Instance(str), turned=checks.Flag())
 def uvms_space(
     index_name: str,
     half_range_deg: float = 15.0,
@@ -440,6 +443,7 @@ def uvms_space(
     Sotiropoulos & Aspragathos (2016), Eqs. 11 and 12, section 4.2, Fig. 7.
     """
     levels = _levels_of_steps(half_range_deg, step_deg)
+    _vector(task_point, "task_point")  # a box has none, and yet it is given
     chain = robots.uvms()
     varying = relevant_joints(chain, Index(index_name))
     upper = [math.radians(half_range_deg) if i in varying else 0.0 for i in range(3, chain.joints)]
@@ -622,6 +626,7 @@ class DataSet:
             raise ValueError(f"values holds {len(self.values)} numbers; q has {len(self.q)} rows")
 
     @classmethod
+    @checks.arguments(f=checks.function, q=checks.Instance(Tensor), name=checks.name)
     def of(cls, f: Callable[[Tensor], Tensor], q: Float64[Tensor, "N n"], name: str = "f") -> DataSet:
         """Evaluate a function at configurations.
 

@@ -25,7 +25,6 @@ A task of one's own, a positioning task for which only the velocity of the tool 
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -235,16 +234,13 @@ def find(task: str) -> Task:
         If `task` is no text.
     """
     if not isinstance(task, str):
-        raise TypeError(f"task is {task!r}; the name of a task is needed: {', '.join(TASKS)}")
+        raise TypeError(f"task is {checks.shown(task)}; the name of a task is needed: {', '.join(TASKS)}")
     known = {alias: entry for entry in TASKS.values() for alias in (entry.name, *entry.aliases)}
     wanted = task.strip().lower()
     if wanted in known:
         return known[wanted]
-    near = difflib.get_close_matches(wanted, known, n=3, cutoff=0.3) or sorted(TASKS)
-    raise ValueError(
-        f"task is {task!r}; there is no such task. Nearest: {', '.join(near)}. "
-        f"Tasks: {', '.join(TASKS)}. Indices, which rank as well: {', '.join(names())}"
-    )
+    listed = (*TASKS, f"or, to rank, an index: {', '.join(names())}")
+    raise ValueError(f"task is {checks.shown(task)}; {checks.hint(task, known, listed)}")
 
 
 def index_for(

@@ -201,7 +201,7 @@ def test_a_report_is_written_whole_or_not_at_all(capsys, tmp_path, monkeypatch):
         (["evaluate", "puma560", "velocity_ratio", "--q", "0,0,0,0,0,0"], "direction is missing"),
         (["evaluate", "missing.urdf", "w", "--q", "0"], "missing.urdf"),
         (["evaluate", "puma560", "w", "--base", "link0", "--q", "0,0,0,0,0,0"], "base"),
-        (["validate", "uvms-manipulability-feed-forwards"], "Nearest: uvms-manipulability-feed-forward"),
+        (["validate", "uvms-manipulability-feed-forwards"], "did you mean 'uvms-manipulability-feed-f"),
         (["design", "puma560", "w", "--to", "w.txt"], "ends in .npz"),
         (["design", "puma560", "w", "--to", "nowhere/w.npz"], "does not exist"),
         (["design", "puma560", "w", "--to", "w.npz", "--sizes", "4.5"], "--sizes"),

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import inspect
 import math
+import os
 import re
 import signal
 import sys
@@ -11,66 +14,102 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
+from beartype.roar import BeartypeCallHintViolation
+from entries import entry
+from good_values import folder
 from mutations import Mutation, mutations
-from samples import EXAMPLES, Arguments
+from samples import SAMPLES
 
-SECONDS = 20
+SECONDS = 10  # of this process
 
 
 class Case(NamedTuple):
-    """A function, the argument that is exchanged, and what it is exchanged for."""
+    """A sample, the argument that is exchanged, and what it is exchanged for."""
 
-    name: str
-    function: Callable[..., Any]
-    arguments: Arguments
+    sample: str
     parameter: str
     mutation: Mutation
 
     def __repr__(self) -> str:
-        return f"{self.name}({self.parameter}: {self.mutation.name})"
+        return f"{self.sample}({self.parameter}: {self.mutation.name})"
 
 
-def cases() -> Iterator[Case]:
-    """Yield every mutation of every argument of every example."""
-    for name, function, arguments in EXAMPLES:
-        for parameter, make in arguments.items():
-            for mutation in mutations(make()):
-                yield Case(name, function, arguments, parameter, mutation)
+def cases(sample: str) -> Iterator[Case]:
+    """Yield every mutation of every argument of a sample, and of those that it leaves at their defaults."""
+    values = {name: make() for name, make in SAMPLES[sample].items()}
+    function = entry(sample.partition(" ")[0], values.pop("self", None))
+    for parameter, (_, default) in _parameters(function).items():
+        if parameter in values or default is not inspect.Parameter.empty:
+            for mutation in mutations(values.get(parameter, default)):
+                yield Case(sample, parameter, mutation)
+
+
+def _parameters(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
+    parameters = inspect.signature(function).parameters
+    return {name: (parameter.kind, parameter.default) for name, parameter in parameters.items()}
+
+
+def called(sample: str, mutated: Mapping[str, Any]) -> Any:
+    """Return what a function answers to its good arguments, but for those that are mutated."""
+    values = {name: make() for name, make in SAMPLES[sample].items()} | mutated
+    function = entry(sample.partition(" ")[0], values.pop("self", None))
+    several = [
+        name for name, (kind, _) in _parameters(function).items() if kind is inspect.Parameter.VAR_POSITIONAL
+    ]
+    if not several:
+        return _whole(function(**values))
+    before = [values.pop(name) for name in _parameters(function) if name in values and name not in several]
+    return _whole(function(*before, *(values[name] for name in several)))
+
+
+def _whole(answer: Any) -> Any:
+    return tuple(answer) if isinstance(answer, Iterator) else answer
 
 
 def fault(case: Case) -> str:
     """Return what is wrong with the answer to a case; nothing if all is well.
 
     Good is an error that names the argument, or an answer: the plain one where the argument means the same.
+    In tests, annotations of the derivation are checked in front of its own errors, see ``tests/conftest.py``.
     """
-    values = {name: make() for name, make in case.arguments.items()}
-    values[case.parameter] = case.mutation.value()
+    given, untouched = case.mutation.value(), case.mutation.value()
     try:
         with quiet(), at_most(SECONDS):
-            answer = case.function(**values)
+            answer = called(case.sample, {case.parameter: given})
     except TimeoutError:
         return f"took more than {SECONDS} s"
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, BeartypeCallHintViolation) as error:
         if case.mutation.is_same:
             return f"refused: {error}"
         # Where two arguments do not fit each other, either may be named.
-        named = any(_names(error, parameter) for parameter in case.arguments)
-        return "" if named else f"not named: {type(error).__name__}: {error}"
+        named = any(_names(error, name) for name in _named(case)) or _is_of_file(error, case, given)
+        return "" if named else f"not named: {_short(error)}"
+    except OSError as error:
+        return "" if _is_of_file(error, case, given) else _short(error)
     except Exception as error:
-        return f"{type(error).__name__}: {error}"
+        return _short(error)
+    if isinstance(given, np.ndarray) and not same(given, untouched):
+        return "the caller's array changed"
     if case.mutation.is_bad:
         return "accepted"
-    try:
-        plain = plain_answer(case.name)
-    except Exception as error:
-        return f"the good arguments: {type(error).__name__}: {error}"
-    if case.mutation.is_same and not same(answer, plain):
-        return "another answer"
-    return ""
+    return "another answer" if case.mutation.is_same and not same(answer, plain_answer(case.sample)) else ""
+
+
+def _is_of_file(error: Exception, case: Case, given: Any) -> bool:
+    return case.parameter in ("path", "folder", "source") and str(given) in str(error)
+
+
+def _short(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _named(case: Case) -> set[str]:
+    return {*SAMPLES[case.sample], case.parameter}
 
 
 def _names(error: Exception, parameter: str) -> bool:
@@ -79,25 +118,33 @@ def _names(error: Exception, parameter: str) -> bool:
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
+    """Hear nothing, and leave what is written in a folder that goes."""
+    with (
+        warnings.catch_warnings(),
+        np.errstate(all="ignore"),
+        contextlib.chdir(folder()),
+        Path(os.devnull).open("w") as nothing,
+        contextlib.redirect_stdout(nothing),
+        contextlib.redirect_stderr(nothing),
+    ):
         warnings.simplefilter("ignore")
         yield
 
 
 @contextlib.contextmanager
 def at_most(seconds: int) -> Iterator[None]:
-    """Raise TimeoutError where it takes longer, in the main thread."""
+    """Raise TimeoutError where it computes longer, in the main thread."""
 
     def end(*_: object) -> None:
         raise TimeoutError
 
-    before = signal.signal(signal.SIGALRM, end)
-    signal.alarm(seconds)
+    before = signal.signal(signal.SIGPROF, end)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -107,34 +154,46 @@ def same(one: Any, other: Any) -> bool:
         if one.dtype == torch.bool or not one.is_floating_point():
             return torch.equal(one, other)
         return one.shape == other.shape and torch.allclose(one, other, rtol=1e-9, atol=1e-9, equal_nan=True)
+    if isinstance(one, torch.Tensor) != isinstance(other, torch.Tensor):
+        return same(torch.as_tensor(one), torch.as_tensor(other))
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     if isinstance(one, (tuple, list)) and isinstance(other, (tuple, list)):
         return len(one) == len(other) and all(map(same, one, other))
     if isinstance(one, float) and isinstance(other, float):
         return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9) or (math.isnan(one) and math.isnan(other))
-    if isinstance(one, (int, str, Mapping)):
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if dataclasses.is_dataclass(one) and type(one) is type(other):
+        return all(
+            same(getattr(one, field.name), getattr(other, field.name))
+            for field in dataclasses.fields(one)
+            if field.compare
+        )
+    if isinstance(one, (int, str)):
         return bool(one == other)
     return type(one) is type(other)
 
 
 @cache
-def plain_answer(name: str) -> Any:
+def plain_answer(sample: str) -> Any:
     """Return what a function answers to its good arguments."""
-    function, arguments = next((function, arguments) for key, function, arguments in EXAMPLES if key == name)
     with quiet():
-        return function(**{key: make() for key, make in arguments.items()})
+        return called(sample, {})
 
 
-def main(only: str) -> None:
-    """Try all functions whose names begin with a text."""
+def main(*beginnings: str) -> None:
+    """Try all samples whose names begin with one of some texts."""
     tried, wrong = 0, Counter[str]()
-    for case in cases():
-        if case.name.startswith(only):
-            tried += 1
-            if said := fault(case):
-                wrong[case.name] += 1
-                sys.stdout.write(f"{case}: {said[:150]}\n")
+    for sample in SAMPLES:
+        if sample.startswith(beginnings or ("",)):
+            for case in cases(sample):
+                tried += 1
+                if said := fault(case):
+                    wrong[sample] += 1
+                    sys.stdout.write(f"{case}: {said[:150]}\n")
     sys.stdout.write(f"{sum(wrong.values())} of {tried}: {dict(wrong)}\n")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "")
+    main(*sys.argv[1:])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,15 +68,26 @@ def mutations(value: Any) -> Iterator[Mutation]:
             yield Mutation(repr(bad), lambda bad=bad: bad)
         yield Mutation("a number", lambda: 3, is_bad=True)
     elif type(value) in (tuple, list):
-        yield Mutation("nan", lambda: type(value)([math.nan] * len(value)), is_bad=True)
-        yield Mutation("texts", lambda: type(value)(["x"] * len(value)), is_bad=True)
+        if value:
+            yield Mutation("nan", lambda: type(value)([math.nan] * len(value)), is_bad=True)
+            holds_text = any(isinstance(part, str) for part in value)
+            yield Mutation("texts", lambda: type(value)(["x"] * len(value)), is_bad=not holds_text)
         yield Mutation("empty", lambda: type(value)())
         yield Mutation("a number", lambda: math.nan, is_bad=True)
-    else:
+    elif isinstance(value, Path):
+        yield Mutation("another file", lambda: value.with_name("nonsense"))
+        yield Mutation("as text", lambda: str(value), is_same=True)
+        yield Mutation("a number", lambda: 3, is_bad=True)
+    elif value is not None:
         yield Mutation("a number", lambda: 3, is_bad=True)
         yield Mutation("text", lambda: "x", is_bad=True)
-    # A class can be called, as a function can.
-    yield from _ANYTHING_ELSE[: -1 if callable(value) else None]
+    for other in _ANYTHING_ELSE:
+        # A class can be called, as a function can. What may be None or a switch may be a function as well.
+        if not (
+            (other.name == "a class" and (callable(value) or value is None or isinstance(value, bool)))
+            or (other.name == "a mapping" and (value is None or isinstance(value, Mapping)))
+        ):
+            yield other
 
 
 def _of_number(value: float) -> Iterator[Mutation]:

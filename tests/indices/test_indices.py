@@ -393,7 +393,7 @@ def test_rates_of_an_index_are_kept_as_a_tuple(rates):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"name": "manipulabilty"}, "name is 'manipulabilty'; .*Nearest: manipulability"),
+        ({"name": "manipulabilty"}, "name is 'manipulabilty'; did you mean 'manipulability'"),
         ({"name": "condition"}, "name is 'condition'; .*kinematic_conditioning"),
         ({"name": "manipulability", "frame": "world"}, "frame is 'world'; .*'spatial', 'body', 'geometric'"),
     ],

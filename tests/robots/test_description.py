@@ -128,13 +128,13 @@ def test_limits_given_in_degrees_are_radians():
     ("name", "nearest"), [("umvs", "uvms"), ("puma", "puma560"), ("docking-arm", "docking_arm")]
 )
 def test_an_unknown_robot_is_refused_with_the_nearest_names(name, nearest):
-    with pytest.raises(ValueError, match=f"^name is '{name}'.*Nearest: {nearest}"):
+    with pytest.raises(ValueError, match=f"^name is '{name}'; did you mean '{nearest}'"):
         robots.describe(name)
 
 
 @given(name=st.text().filter(lambda name: name not in NAMES))
 def test_any_unknown_robot_is_refused(name):
-    with pytest.raises(ValueError, match=r"^name is .*Nearest: ."):
+    with pytest.raises(ValueError, match=r"^name is .*ne of .*panda"):
         robots.describe(name)
 
 
@@ -145,7 +145,7 @@ def test_a_path_is_no_name_of_a_robot():
 
 @pytest.mark.usefixtures("annotations_unchecked")
 def test_an_unknown_variant_is_refused_with_the_nearest_names():
-    with pytest.raises(ValueError, match=r"^variant is 'fited'.*Nearest: .*fitted"):
+    with pytest.raises(ValueError, match=r"^variant is 'fited'; did you mean 'fitted'"):
         dx.robots.docking_arm("fited")
     with pytest.raises(ValueError, match=r"^variant is 'fitted'"):
         robots.build(robots.describe("puma560"), variant="fitted")
@@ -155,8 +155,8 @@ def test_an_unknown_variant_is_refused_with_the_nearest_names():
 @pytest.mark.parametrize(
     ("lengths", "error", "message"),
     [
-        ({"l4": 1}, ValueError, "lengths holds 'l4'.*Nearest: l"),
-        ({"y_mb": 1}, ValueError, "lengths holds 'y_mb'.*Nearest: y_MB"),
+        ({"l4": 1}, ValueError, "lengths holds 'l4'; did you mean 'l"),
+        ({"y_mb": 1}, ValueError, "lengths holds 'y_mb'; did you mean 'y_MB'"),
         ({"l2": math.nan}, ValueError, r"lengths\['l2'\] is not finite"),
         ({"l2": math.inf}, ValueError, r"lengths\['l2'\] is not finite"),
         ({"l2": "long"}, TypeError, r"lengths\['l2'\] "),
@@ -485,7 +485,7 @@ BAD_FILES |= {
         replaced("theta_deg = 90", "alpha = 90", SMALL_DH),
         "alpha of joint 1 is 90 rad, .*alpha_deg",
     ),
-    "nearest key": (replaced("theta_deg = 90", "tetha_deg = 90", SMALL_DH), "did you mean theta_deg"),
+    "nearest key": (replaced("theta_deg = 90", "tetha_deg = 90", SMALL_DH), "did you mean 'theta_deg'"),
     "unknown convention": ('convention = "craig"\n' + SMALL_DH, "convention is 'craig'"),
     "tool that is no table": (
         replaced('licence = "MIT"', 'licence = "MIT"\ntool = [0, 0, 1]', SMALL_DH),

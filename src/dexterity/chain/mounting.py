@@ -83,8 +83,9 @@ def vehicle_joints(joints: Sequence[str], axes: str, prefix: str = "") -> Mount:
     if not asked:
         raise ValueError(f"joints is empty; at least one of {', '.join(VEHICLE_JOINTS)} is needed")
     checks.choice(axes, "axes", AXES)
-    if not isinstance(prefix, str):
-        raise TypeError(f"prefix is {checks.shown(prefix)}; text is needed")
+    checks.instance(prefix, "prefix", str)
+    if not prefix.isprintable():
+        raise ValueError(f"prefix is {checks.shown(prefix)}; printable text is needed")
     known = (*VEHICLE_JOINTS, *_ALIASES)
     freedoms = [_ALIASES.get(checks.choice(name, "joints", known), name) for name in asked]
     for freedom in freedoms:

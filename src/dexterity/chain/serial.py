@@ -360,8 +360,9 @@ class Chain(Kinematics):
             As :meth:`on_vehicle`.
         """
         return self.on_vehicle(
-            T_base_arm, joints=("x", "y", "yaw"), axes=axes, rates=rates, lower=lower, upper=upper,
-            inertia=inertia, name=f"{self.name} on a planar base" if name is None else name, prefix=prefix,
+            _one_pose(T_base_arm, "T_base_arm")[0], joints=("x", "y", "yaw"), axes=axes,
+            rates=rates, lower=lower, upper=upper, inertia=inertia,
+            name=f"{self.name} on a planar base" if name is None else name, prefix=prefix,
         )  # fmt: skip
 
     def on_wheels(

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from dexterity import store
+from dexterity import checks, store
 from dexterity.codegen.c_file import CFile, Precision, table
 from dexterity.codegen.costs import Costs, costs, memory
 from dexterity.codegen.heading import geometry, heading, printable
@@ -51,6 +51,7 @@ def function_name(chain: SymbolicChain, index: Index, precision: Precision = "do
     return words(chain.name, index.name, index.frame, *suffix, key)
 
 
+@checks.arguments(derivation=checks.Instance(Derivation))
 def c_source(derivation: Derivation, name: str | None = None, precision: Precision = "double") -> str:
     """Return one C file, without a header, that computes an index and its gradient.
 

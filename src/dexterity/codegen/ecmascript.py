@@ -23,6 +23,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import prod
 
+from dexterity import checks
 from dexterity.codegen.heading import printable
 from dexterity.codegen.javascript import function, literal
 from dexterity.codegen.names import require_javascript_name
@@ -51,6 +52,12 @@ class Exported:
     says: str
 
 
+@checks.arguments(
+    lines=checks.Each(checks.Instance(str)),
+    about=checks.Instance(Mapping),
+    functions=checks.Named(checks.Instance(Exported)),
+    code=checks.Instance(str),
+)
 def program_module(
     lines: Iterable[str], about: Mapping[str, object], functions: Mapping[str, Exported], code: str = ""
 ) -> str:
@@ -88,6 +95,7 @@ def assembled_module(
     )
 
 
+@checks.arguments(exported=checks.Instance(Exported))
 def exports(name: str, exported: Exported) -> str:
     """Return one exported function; it needs what the module of :func:`program_module` defines."""
     require_javascript_name(name)

@@ -27,7 +27,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from dexterity import store
+from dexterity import checks, store
 from dexterity.chain import Chain
 from dexterity.codegen.c99 import c_source, function_name
 from dexterity.codegen.c_file import LANES
@@ -140,6 +140,7 @@ def _row_function(library: ctypes.CDLL, name: str) -> ctypes._NamedFuncPointer:
     return function
 
 
+@checks.arguments(chain=checks.Instance((Chain, SymbolicChain)), index=checks.Instance(Index))
 def cached_c_source(chain: Chain | SymbolicChain, index: Index) -> str:
     """Return the C99 file of an index, derived only if the cache of generated code does not hold it.
 

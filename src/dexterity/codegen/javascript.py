@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 
+from dexterity import checks
 from dexterity.codegen.heading import heading
 from dexterity.codegen.printing import JAVASCRIPT, template
 from dexterity.derivation import Derivation
@@ -15,6 +16,7 @@ from dexterity.program import Program
 __all__ = ["assembled", "function", "javascript_module", "literal"]
 
 
+@checks.arguments(derivation=checks.Instance(Derivation))
 def javascript_module(derivation: Derivation) -> str:
     """Return an ECMAScript module that exports ``value(q)`` and a description, ``about``.
 

@@ -59,6 +59,7 @@ def c_files(
     )
 
 
+@checks.arguments(folder=checks.path)
 def write_c(
     folder: str | os.PathLike[str],
     subject: Derivation | Chain | SymbolicChain | Mapping[str, str],
@@ -86,8 +87,9 @@ def write_c(
     OSError
         If a file cannot be written.
     """
-    files = dict(
-        sorted((subject if isinstance(subject, Mapping) else c_files(subject, name, precision)).items())
-    )
-    stem = next(iter(files), "c").partition(".")[0]
-    return list(store.write_set(folder, f"{stem}.sha256", files))
+    if isinstance(subject, Mapping):
+        files = checks.Named(checks.Instance(str))(subject, "subject")
+    else:
+        files = c_files(subject, name, precision)
+    stem = min(files, default="c").partition(".")[0]
+    return list(store.write_set(folder, f"{stem}.sha256", dict(sorted(files.items()))))

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 from sympy import Expr, S, Symbol
 
+from dexterity import checks
 from dexterity.chain import Chain
 from dexterity.codegen.ecmascript import Exported, program_module
 from dexterity.derivation import SymbolicChain
@@ -62,6 +63,7 @@ class Kinematics(NamedTuple):
     body_jacobian: Program
 
 
+@checks.arguments(chain=checks.Instance((Chain, SymbolicChain)))
 def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
     """Record the kinematics of a chain.
 
@@ -117,6 +119,7 @@ def kinematics(chain: Chain | SymbolicChain) -> Kinematics:
     )
 
 
+@checks.arguments(chain=checks.Instance(Chain))
 def javascript_module(chain: Chain) -> str:
     """Return an ECMAScript module with the kinematics of a chain, each a function of its joint values.
 

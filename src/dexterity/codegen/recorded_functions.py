@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from dexterity import checks
 from dexterity.codegen.ecmascript import assembled_module
 from dexterity.codegen.heading import printable
 from dexterity.codegen.names import require_javascript_name
@@ -44,6 +45,12 @@ class Recorded:
     says: str
 
 
+@checks.arguments(
+    lines=checks.Each(checks.Instance(str)),
+    about=checks.Instance(Mapping),
+    functions=checks.Named(checks.Instance(Recorded)),
+    code=checks.Instance(str),
+)
 def recorded_module(
     lines: Iterable[str], about: Mapping[str, object], functions: Mapping[str, Recorded], code: str = ""
 ) -> str:

@@ -28,12 +28,14 @@ from torch.overrides import TorchFunctionMode
 from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_leaves
 
+from dexterity import checks
 from dexterity.codegen.scalar_operations import Operations
 from dexterity.codegen.tape import Number, Recording, Tape
 
 __all__ = ["record"]
 
 
+@checks.arguments(function=checks.function, samples=checks.Each(checks.Instance(Tensor)))
 def record(function: Callable[..., Tensor], *samples: Tensor) -> Recording:
     """Record a function of tensors.
 

@@ -30,9 +30,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from dexterity import checks
+
 __all__ = ["main"]
 
 
+@checks.arguments(arguments=checks.OrNone(checks.Each(checks.Instance(str))))
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code.
 

@@ -10,12 +10,12 @@ Examples
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import dexterity as dx
+from dexterity import checks
 from dexterity.command.reports import Cell, Report
 from dexterity.networks import Network
 from dexterity.networks.worst_case import Search, worst_case
@@ -49,8 +49,7 @@ def load(name: str) -> Network:
     if name in shipped:
         return dx.networks.load_shipped(name)
     if not Path(name).is_file():
-        near = difflib.get_close_matches(name, shipped, n=1, cutoff=0.0)
-        raise ValueError(f"network is {name!r}; there is no such file or network. Nearest: {near[0]}")
+        raise ValueError(f"network is {name!r}; {checks.hint(name, shipped, (*shipped, 'a file'))}")
     return dx.networks.load(name)
 
 

@@ -21,7 +21,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.crane.description import Crane, given_crane, stroke_values
 from dexterity.crane.kinematics import tip_position
 from dexterity.crane.structure import load_response
@@ -75,7 +75,8 @@ class TrainingSet:
 
     def __post_init__(self) -> None:
         rows = spatial.to_float64(self.rows, "rows")
-        if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or tuple(self.columns) != COLUMNS:
+        columns = checks.Each(checks.name)(self.columns, "columns")
+        if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or columns != COLUMNS:
             raise ValueError(f"rows has shape {tuple(rows.shape)}; columns {', '.join(COLUMNS)} are needed")
         object.__setattr__(self, "rows", rows)
 

@@ -225,6 +225,7 @@ def stroke_values(crane: Crane, counts: Sequence[int]) -> list[Float64[Tensor, "
     return [torch.linspace(low, high, count, dtype=torch.float64) for low, high, count in limits]
 
 
+@checks.arguments(path=checks.path)
 def read_crane(path: Path | str) -> Crane:
     """Read a crane from a file.
 

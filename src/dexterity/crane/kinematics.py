@@ -41,7 +41,7 @@ __all__ = [
 
 _EDGE = 1e-9  # [m]: what rounding may put beyond a limit, and what a solution may miss the position by
 
-_FARTHEST = 1e9  # [m]; the square of a much larger number is infinite
+FARTHEST = 1e9  # [m]; the square of a much larger number is infinite
 
 
 class Posture(NamedTuple):
@@ -338,6 +338,6 @@ def _elbow_up(position: Tensor, s3: Tensor, links: Linkage) -> tuple[Tensor, Ten
 
 def _require_position(position: TensorLike) -> Tensor:
     position = spatial.batch_of(position, "position", (2,))
-    if (position.abs() > _FARTHEST).any():
-        raise ValueError(f"position holds numbers beyond {_FARTHEST:g} m")
+    if (position.abs() > FARTHEST).any():
+        raise ValueError(f"position holds numbers beyond {FARTHEST:g} m")
     return position

@@ -19,7 +19,7 @@ import numpy as np
 import sympy
 from sympy import Expr, S, Symbol
 
-from dexterity import robots
+from dexterity import checks, robots
 from dexterity.chain import Chain, JointKind
 
 __all__ = ["ROUNDING", "SymbolicChain", "Vector", "cross", "exact", "number", "tidy"]
@@ -80,11 +80,13 @@ class SymbolicChain:
         return cls.from_chain(chain)
 
     @classmethod
+    @checks.arguments(chain=checks.Instance(Chain))
     def from_chain(cls, chain: Chain) -> SymbolicChain:
         """Take a chain of numbers; a number within rounding of an integer becomes that integer."""
         return cls._from_parts(chain, exact(chain.screws.numpy()), exact(chain.home.numpy()))
 
     @classmethod
+    @checks.arguments(description=checks.Instance(robots.Description))
     def from_description(cls, description: robots.Description) -> SymbolicChain:
         """Take a described robot with its lengths as symbols of their names.
 

@@ -19,7 +19,7 @@ from collections.abc import Callable
 
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.codegen.recorded_functions import Recorded, recorded_module
 from dexterity.codegen.recording import record
 from dexterity.docking.area import base_pose, largest_manipulability
@@ -28,6 +28,7 @@ from dexterity.docking.problem import DockingProblem
 __all__ = ["javascript_module"]
 
 
+@checks.arguments(problem=checks.Instance(DockingProblem))
 def javascript_module(problem: DockingProblem) -> str:
     """Return an ECMAScript module of a docking problem on the top of a block, without tilt.
 

@@ -40,7 +40,7 @@ from dexterity.docking.area import (
 from dexterity.inverse_kinematics import spherical_wrist
 from dexterity.search import box
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
-from dexterity.search.zoom import ZoomOptions, ZoomSearch, zoom_search
+from dexterity.search.zoom import ZoomOptions, ZoomSearch, grid_counts, zoom_search
 from dexterity.spatial import TensorLike
 
 __all__ = ["Docking", "DockingProblem", "Region", "evaluations", "genetic_docking", "global_docking"]
@@ -273,7 +273,7 @@ class _Row:
 
     def __call__(self, value: Any, name: str) -> tuple[float, ...]:
         values = value.tolist() if isinstance(value, Tensor | np.ndarray) else value
-        if not isinstance(values, Sequence) or isinstance(values, str) or len(values) != self.count:
+        if not isinstance(values, Sequence) or isinstance(values, str | bytes) or len(values) != self.count:
             raise ValueError(f"{name} is {checks.shown(value)}; {self.count} numbers are needed")
         return tuple(self.check(number, name) for number in values)
 
@@ -342,6 +342,7 @@ class Docking:
         )
 
 
+@checks.arguments(problem=checks.Instance(DockingProblem))
 def genetic_docking(
     problem: DockingProblem,
     seed: int,
@@ -374,6 +375,11 @@ def genetic_docking(
     return Docking.at(problem, search)
 
 
+@checks.arguments(
+    problem=checks.Instance(DockingProblem),
+    options=checks.OrNone(checks.Instance(ZoomOptions)),
+    progress=checks.OrNone(checks.Flag()),
+)
 def global_docking(
     problem: DockingProblem,
     steps: TensorLike | None = None,
@@ -414,6 +420,9 @@ def global_docking(
     return Docking.at(problem, max(searches, key=lambda search: search.value))
 
 
+@checks.arguments(
+    problem=checks.Instance(DockingProblem), options=checks.OrNone(checks.Instance(ZoomOptions))
+)
 def evaluations(
     problem: DockingProblem, steps: TensorLike | None = None, options: ZoomOptions | None = None
 ) -> int:
@@ -429,7 +438,7 @@ def evaluations(
     )
     count = 0
     for low, high in problem.boxes:
-        grid = [math.ceil(n - 1e-9) + 1 for n in ((high - low) / lengths).tolist()]
+        grid = grid_counts(low, high, lengths)
         count += math.prod(grid) + min(
             options.starts, math.prod(grid)
         ) * options.stages * options.levels ** len(low)

@@ -27,7 +27,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.indices.jacobians import with_finite_powers
 from dexterity.indices.measure import Frame, Measure, Situation
@@ -157,7 +157,8 @@ class Index:
         ValueError
             If the rates or the noise of the index do not fit the chain.
         """
-        own = tuple(float(rate) for rate in (rates if self.joint_rates is None else self.joint_rates))
+        rates = one_dimensional(rates, "rates")
+        own = rates if self.joint_rates is None else self.joint_rates
         for values, name in ((self.joint_rates, "joint_rates"), (self.joint_noise, "joint_noise")):
             if values is not None and len(values) != len(rates):
                 raise ValueError(f"{name} has shape ({len(values)},); ({len(rates)},) is needed")
@@ -167,6 +168,7 @@ class Index:
             return self.joint_noise
         return tuple(float(rate > 0) for rate in own)
 
+    @checks.arguments(chain=checks.Instance(Chain))
     def normalised_jacobian(
         self, chain: Chain, q: TensorLike, rows: Sequence[int] | None = None
     ) -> Float64[Tensor, "*batch m n"]:
@@ -186,7 +188,10 @@ class Index:
         ValueError
             If `q` or the rates do not fit the chain.
         """
-        return self._jacobian_function(chain, self.row_numbers if rows is None else tuple(rows))(q)
+        numbers = checks.OrNone(checks.Each(checks.Whole(0, 5)))(rows, "rows")
+        if numbers == ():
+            raise ValueError("rows is empty; at least one row is needed")
+        return self._jacobian_function(chain, numbers or self.row_numbers)(q)
 
     def _jacobian_function(self, chain: Chain, rows: tuple[int, ...]) -> Callable[[TensorLike], Tensor]:
         weights = _constant(self.column_weights(chain.rates.tolist()))

@@ -14,20 +14,18 @@ everywhere: at most 2 of the 6 rows can be reached at once. Take rows=('vx', 'vy
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import torch
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.chain import Chain
+from dexterity.indices.index import Index
 from dexterity.indices.rows import Rows, shortest_name
-
-if TYPE_CHECKING:
-    from dexterity.indices.index import Index
 
 __all__ = ["general_configurations", "require_not_zero_everywhere", "rows_of_full_rank"]
 
 
+@checks.arguments(index=checks.Instance(Index), chain=checks.Instance(Chain))
 def require_not_zero_everywhere(index: Index, chain: Chain) -> None:
     """Make sure that an index is not the same worst value, such as zero, at all configurations of a chain.
 

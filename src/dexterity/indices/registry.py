@@ -14,13 +14,13 @@ True
 
 from __future__ import annotations
 
-import difflib
 import pkgutil
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
 
+from dexterity import checks
 from dexterity.indices import measures
 from dexterity.indices.measure import Measure
 
@@ -43,13 +43,12 @@ def describe(name: str) -> Measure:
         If no measure is called that; all are listed, with the nearest.
     """
     if not isinstance(name, str):
-        raise TypeError(f"name is {name!r}; the name of an index is needed: {', '.join(names())}")
+        raise TypeError(f"name is {checks.shown(name)}; the name of an index is needed: {', '.join(names())}")
     known = _known()
     wanted = name.strip().lower().replace(" ", "_").replace("-", "_")
     if wanted in known:
         return known[wanted]
-    near = difflib.get_close_matches(wanted, known, n=1, cutoff=0.0)
-    raise ValueError(f"name is {name!r}; {list(names())} are known. Nearest: {near[0]}")
+    raise ValueError(f"name is {checks.shown(name)}; {checks.hint(name, known, names())}")
 
 
 def _known() -> Mapping[str, Measure]:

@@ -105,7 +105,7 @@ def solve(
     limit_tolerance
         By how much [rad] or [m] a limit may be exceeded.
     tolerance
-        Largest residual of a solution, in radians and in metres relative to the size of the chain.
+        Largest residual of a solution, in radians and in metres relative to the size of the chain; at most 1.
     method
         ``"auto"`` takes a closed form if the chain has one, all rows count and no rate is zero, else a
         search; ``"closed form"`` and ``"search"`` take one of both.
@@ -132,11 +132,13 @@ def solve(
     checks.instance(chain, "chain", Chain)
     checks.choice(frame, "frame", get_args(RowFrame))
     counted = TwistRows(row_numbers(rows), frame)
-    checks.whole(seeds, "seeds", least=1, most=_MOST_SEEDS)
-    tolerance = checks.positive(tolerance, "tolerance")
+    seeds = checks.whole(seeds, "seeds", least=1, most=_MOST_SEEDS)
+    seed = checks.seed(seed)
+    tolerance = checks.real(tolerance, "tolerance", above=0, most=1)
+    limit_tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0)
     checks.choice(method, "method", get_args(Method))
     if enough is not None:
-        checks.whole(enough, "enough", least=1)
+        enough = checks.whole(enough, "enough", least=1)
     T = require_values(spatial.require_rigid(T_world_tool, "T_world_tool")).detach()
     start = _seed(chain, near, T)
     value = _objective(chain, secondary)
@@ -159,7 +161,7 @@ def solve(
         free = _with_locked_joints(chain, start)
         ends = search(
             free, poses, counted,
-            count=seeds, near=first, enough=enough, tolerance=tolerance, seed=checks.seed(seed),
+            count=seeds, near=first, enough=enough, tolerance=tolerance, seed=seed,
         )  # fmt: skip
         q, residual = _different(free, poses, counted, ends, first, value, tolerance)
     q = q.reshape(*T.shape[:-2], *q.shape[1:]).to(T.device)

@@ -145,6 +145,8 @@ def subproblem_4(
         If a shape does not fit, something is not finite, or the axis is no revolute screw.
     """
     line, normal = Line.of(axis, "axis"), points_of(normal, "normal")
+    if normal.ndim != 1:
+        raise ValueError(f"normal has shape {tuple(normal.shape)}; (3,) is needed")
     return solved(line.component(points_of(p, "p"), normal), spatial.to_float64(offset, "offset"))
 
 

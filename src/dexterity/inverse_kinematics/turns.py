@@ -149,6 +149,8 @@ def copies_within_limits(
     if q.ndim != 1:
         raise ValueError(f"q has shape {tuple(q.shape)}; one configuration, ({chain.joints},), is needed")
     lower, upper = (limit.tolist() for limit in _widened(chain, q.device, limit_tolerance))
+    # More copies than can be counted come from a tolerance, since limits are finite.
+    checks.real(limit_tolerance, "limit_tolerance", most=1e15)
     numbers = [
         _turns_within(value, kind, low, high, name)
         for value, kind, low, high, name in zip(

@@ -35,6 +35,7 @@ from dexterity.spatial import TensorLike
 __all__ = ["Constant", "Polynomial", "Trees", "baselines", "constant", "polynomial", "trees"]
 
 
+@checks.arguments(view=checks.Instance(View), train=checks.Instance(DataSet), seed=checks.Whole(0, 2**32 - 1))
 def baselines(view: View, train: DataSet, seed: int = 0) -> Mapping[str, Function]:
     """Fit all of them to a training set.
 
@@ -91,6 +92,7 @@ class Constant:
         return 0.0 * q.sum(-1) + self.value
 
 
+@checks.arguments(train=checks.Instance(DataSet))
 def constant(train: DataSet) -> Constant:
     """Return the constant whose largest relative error on the training set is least.
 
@@ -136,6 +138,7 @@ class Polynomial:
         return _terms((self.view(q) - self.centre) / self.half_range, self.factors) @ self.coefficients
 
 
+@checks.arguments(view=checks.Instance(View), train=checks.Instance(DataSet))
 def polynomial(view: View, train: DataSet, degree: int) -> Polynomial:
     """Fit all terms up to a degree by least squares.
 
@@ -175,6 +178,7 @@ class Trees:
         return torch.as_tensor(values, device=x.device).reshape(x.shape[:-1])
 
 
+@checks.arguments(view=checks.Instance(View), train=checks.Instance(DataSet), seed=checks.Whole(0, 2**32 - 1))
 def trees(view: View, train: DataSet, seed: int = 0) -> Trees:
     """Fit boosted trees with the library's own settings, but for as many rounds as lower the error.
 

@@ -53,7 +53,7 @@ class Card(Mapping[str, Any]):
 
     def __init__(self, entries: Mapping[str, Any] | None = None) -> None:
         if entries is not None and not isinstance(entries, Mapping):
-            raise TypeError(f"card is a {type(entries).__name__}; a mapping is needed")
+            raise TypeError(f"entries is {checks.shown(entries)}; a mapping is needed")
         try:
             self._entries: dict[str, Any] = _copied(dict(entries or {}), "card")
             json.dumps(self._entries, ensure_ascii=False).encode()
@@ -142,6 +142,7 @@ class Card(Mapping[str, Any]):
         """Return the card as text in Markdown, with tables."""
         return card_text.markdown(self._entries)
 
+    @checks.arguments(whole_page=checks.Flag())
     def html(self, whole_page: bool = True) -> str:
         """Return the card as a page that needs nothing beside it, with pictures, or as what a page holds."""
         # matplotlib takes a second to import, and only this method needs it.
@@ -163,6 +164,7 @@ _INERTIAS = ("masses", "centres", "tensors")
 """What an entry says of the masses of a chain, in their order."""
 
 
+@checks.arguments(chain=checks.Instance(Chain))
 def chain_entry(chain: Chain) -> dict[str, Any]:
     """Return what a card says of a chain: enough to make the same chain again."""
 
@@ -185,6 +187,7 @@ def _inertias(parts: Sequence[Tensor]) -> dict[str, Any]:
     return {name: part.tolist() for name, part in zip(_INERTIAS, parts, strict=True)}
 
 
+@checks.arguments(index=checks.Instance(Index))
 def index_entry(index: Index) -> dict[str, Any]:
     """Return what a card says of an index: enough to make the same index again."""
     return {name: value for name, value in plain(index).items() if value is not None}
@@ -192,6 +195,8 @@ def index_entry(index: Index) -> dict[str, Any]:
 
 def plain(value: Any) -> dict[str, Any]:
     """Return the fields of a dataclass in what JSON can say: tuples become lists, at any depth."""
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        raise TypeError(f"value is {checks.shown(value)}; an instance of a dataclass is needed")
     fields: dict[str, Any] = json.loads(json.dumps(dataclasses.asdict(value)))
     return fields
 

@@ -14,6 +14,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from dexterity import checks
+
 __all__ = ["facts", "limits", "lines", "markdown", "percent", "rows_of_errors"]
 
 LONGEST = 16
@@ -23,6 +25,7 @@ PICTURES = ("histogram", "slices")
 """Entries that a page draws and that no text shows."""
 
 
+@checks.arguments(card=checks.Instance(Mapping))
 def lines(card: Mapping[str, Any]) -> list[str]:
     """Return a line for each entry of a card, long lists of numbers counted and not written out."""
     return [
@@ -42,6 +45,7 @@ def _shortened(value: Any) -> Any:
     return f"{len(value)} numbers" if len(value) > LONGEST else [_shortened(item) for item in value]
 
 
+@checks.arguments(card=checks.Instance(Mapping))
 def markdown(card: Mapping[str, Any]) -> str:
     """Return a card in Markdown."""
     parts = [f"# {escaped(str(card.get('name', 'A network')))}"]
@@ -55,6 +59,7 @@ def markdown(card: Mapping[str, Any]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+@checks.arguments(card=checks.Instance(Mapping))
 def facts(card: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what a card says in a line each: chain, index, size, training, operations and time."""
     chain, index = card.get("chain"), card.get("index")
@@ -78,6 +83,7 @@ def facts(card: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(name, str(value)) for name, value in (*found, *further) if value not in (None, "")]
 
 
+@checks.arguments(card=checks.Instance(Mapping))
 def rows_of_errors(card: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Return the errors of a network and of what it is compared with: name, size and where it was found."""
     errors, worst = card.get("errors"), card.get("worst_case")
@@ -98,6 +104,7 @@ def rows_of_errors(card: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     return rows
 
 
+@checks.arguments(card=checks.Instance(Mapping))
 def limits(card: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Return the coordinates of a card's space with their limits, those that are held left out."""
     space = card.get("space")

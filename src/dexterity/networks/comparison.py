@@ -21,7 +21,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from dexterity import operations, symbolic
+from dexterity import checks, operations, symbolic
 from dexterity.chain import Chain
 from dexterity.codegen.library import CompilationFailed
 from dexterity.indices import Index
@@ -35,6 +35,9 @@ from dexterity.timing import Machine, Timing, Way, measure, ratio
 __all__ = ["Times", "exact_operations", "fits", "times"]
 
 
+@checks.arguments(
+    view=checks.Instance(View), train=checks.Instance(DataSet), scale=checks.OrNone(checks.positive)
+)
 def fits(view: View, train: DataSet, scale: float | None = None) -> Mapping[str, Function]:
     """Fit a constant, and a linear and a cubic polynomial where there are rows enough for them.
 
@@ -57,6 +60,7 @@ def fits(view: View, train: DataSet, scale: float | None = None) -> Mapping[str,
     return found
 
 
+@checks.arguments(chain=checks.Instance(Chain), index=checks.Instance(Index))
 def exact_operations(chain: Chain, index: Index) -> Mapping[str, int]:
     """Count the operations of the exact index, in an entry that says what is counted; none if not derived."""
     derivation = symbolic.derive(chain, index)
@@ -114,6 +118,9 @@ class Times:
         }
 
 
+@checks.arguments(
+    exact=checks.function, network=checks.Instance(Network), q=checks.Instance(Tensor), language=checks.name
+)
 def times(
     exact: Function, network: Network, q: Tensor, language: str, rounds: int = 10, seconds: float = 0.05
 ) -> Times:

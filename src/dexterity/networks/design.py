@@ -32,6 +32,7 @@ from dexterity.networks import train
 from dexterity.networks.feed_forward import READOUTS, FeedForward, Readout
 from dexterity.networks.growth import RadialBasisOptions
 from dexterity.networks.levenberg_marquardt import Damping, Options, Stop, Training
+from dexterity.networks.network import device_name
 from dexterity.networks.problem import DesignProblem, End, Sweep, collected, largest_relative_error
 from dexterity.networks.radial_basis_design import RadialBasisDesign, design_radial_basis
 from dexterity.networks.rounding import is_sound
@@ -106,6 +107,8 @@ class FeedForwardOptions:
         checks.fields(
             self,
             testing_error=checks.Real(least=0),
+            training_goal=checks.Real(least=0),
+            epoch_limit=checks.Whole(1),
             **dict.fromkeys(("first_neurons", "neuron_step", "restarts", "neuron_limit"), checks.Whole(1)),
             seed=checks.Whole(0),
             readout=checks.Choice(tuple(READOUTS)),
@@ -198,6 +201,12 @@ class Design:
         return self.end is End.PASSED
 
 
+@checks.arguments(
+    device=device_name,
+    problem=checks.Instance(DesignProblem),
+    options=checks.Instance(FeedForwardOptions),
+    progress=checks.Flag(),
+)
 def design_feed_forward(
     problem: DesignProblem,
     options: FeedForwardOptions = FeedForwardOptions(),
@@ -239,6 +248,12 @@ def design_feed_forward(
     return _design(*collected(found, len(options.sizes), "size", progress))
 
 
+@checks.arguments(
+    device=device_name,
+    runs=checks.Each(checks.Instance(tuple)),
+    n_jobs=checks.Whole(),
+    progress=checks.Flag(),
+)
 def design_all(
     runs: Sequence[tuple[DesignProblem, FeedForwardOptions]],
     *,

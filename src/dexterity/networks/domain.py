@@ -92,6 +92,7 @@ class Guarded:
     space: Space
 
     @classmethod
+    @checks.arguments(path=checks.path)
     def load(cls, path: str | os.PathLike[str]) -> Guarded:
         """Return the network of a file, guarded by the space on its card.
 

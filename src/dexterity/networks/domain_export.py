@@ -21,6 +21,7 @@ from collections.abc import Sequence
 import sympy
 from sympy import Expr, Symbol
 
+from dexterity import checks
 from dexterity.codegen.ecmascript import Exported, program_module
 from dexterity.codegen.printing import template
 from dexterity.networks.domain import Guarded
@@ -33,6 +34,7 @@ ROUNDING = 1e-9
 """By how much of a range, or of [rad] or [m] where a joint is held, rounding may leave a space."""
 
 
+@checks.arguments(guarded=checks.Instance(Guarded))
 def javascript_module(guarded: Guarded) -> str:
     """Return an ECMAScript module that tests for which configurations a network was trained.
 
@@ -51,6 +53,7 @@ def javascript_module(guarded: Guarded) -> str:
     return _module(program, box, [k for k, fixed in enumerate(held) if fixed and k not in seen])
 
 
+@checks.arguments(space=checks.Instance((Box, TaskSector)))
 def space_module(space: Space) -> str:
     """Return an ECMAScript module that tests whether a space contains a configuration.
 
@@ -64,6 +67,7 @@ def space_module(space: Space) -> str:
     return _module(*coordinates(space), free=[])
 
 
+@checks.arguments(space=checks.Instance((Box, TaskSector)))
 def coordinates(space: Space) -> tuple[Program, Box]:
     """Return the coordinates of a space as a program of the joint values, and the limits of all of them.
 

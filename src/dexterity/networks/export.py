@@ -22,7 +22,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import sampling, spatial
+from dexterity import checks, sampling, spatial
 from dexterity.codegen.c_file import Precision
 from dexterity.codegen.heading import printable
 from dexterity.codegen.javascript import assembled, function, literal
@@ -62,6 +62,7 @@ class CompiledNetwork:
         What was compiled. It is the one to differentiate.
     """
 
+    @checks.arguments(network=checks.Instance(Network))
     def __init__(self, network: Network) -> None:
         self.network = network
         library = compiled_library(c_source(network, "network"))
@@ -107,6 +108,7 @@ def compile_network(network: Network) -> CompiledNetwork:
 # ---- C ---------------------------------------------------------------------------------------------
 
 
+@checks.arguments(network=checks.Instance(Network))
 def c_source(network: Network, name: str, precision: Precision = "double") -> str:
     """Return one C file, without a header, that computes a network's value.
 
@@ -116,6 +118,7 @@ def c_source(network: Network, name: str, precision: Precision = "double") -> st
     return file.standalone(header, code)
 
 
+@checks.arguments(network=checks.Instance(Network))
 def c_files(network: Network, name: str, precision: Precision = "double") -> dict[str, str]:
     """Return a header and a C file that compute a network's value, by their file names.
 
@@ -144,6 +147,7 @@ def c_files(network: Network, name: str, precision: Precision = "double") -> dic
 # ---- JavaScript ------------------------------------------------------------------------------------
 
 
+@checks.arguments(network=checks.Instance(Network))
 def javascript_module(network: Network) -> str:
     """Return an ECMAScript module that exports ``value(q)`` and a description, ``about``, with the card.
 

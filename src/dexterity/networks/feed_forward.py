@@ -86,6 +86,7 @@ class FeedForward(Network):
     def __init__(self, view: View, readout: Readout, arrays: Mapping[str, TensorLike]) -> None:
         super().__init__(view)
         checks.choice(readout, "readout", READOUTS)
+        checks.Instance(Mapping)(arrays, "arrays")
         self.readout: Readout = readout
         for name, array in checked(arrays, _shapes(view, readout, arrays)).items():
             if name in WEIGHTS:
@@ -96,6 +97,9 @@ class FeedForward(Network):
             raise ValueError("input_half_range and target_half_range must be positive")
 
     @classmethod
+    @checks.arguments(
+        view=checks.Instance(View), neurons=checks.Whole(1), random=checks.Instance(torch.Generator)
+    )
     def untrained(
         cls,
         view: View,
@@ -130,9 +134,10 @@ class FeedForward(Network):
         neurons = checks.whole(neurons, "neurons", least=1)
         checks.choice(readout, "readout", READOUTS)
         x, targets = view(q), target_of(values, readout)
-        if x.ndim != 2 or not len(x) or len(x) != len(targets):
+        if x.ndim != 2 or not len(x) or not targets.ndim or len(x) != len(targets):
             raise ValueError(
-                f"q and values have {tuple(x.shape[:-1])} and {len(targets)} rows; equal numbers are needed"
+                f"q has shape {tuple(x.shape)} and values {tuple(targets.shape)}; equal numbers of rows "
+                "are needed"
             )
         input_centre, input_half_range = _middle(x)
         target_centre, target_half_ranges = _middle(targets)

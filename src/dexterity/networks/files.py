@@ -50,6 +50,9 @@ class NetworkFileError(ValueError):
     """A file holds no network, or not all of it, or one of a later format."""
 
 
+@checks.arguments(
+    network=checks.Instance(Network), path=checks.path, card=checks.OrNone(checks.Instance(Mapping))
+)
 def save(network: Network, path: str | os.PathLike[str], card: Mapping[str, Any] | None = None) -> None:
     """Write a network to a file; the same network and card make the same bytes.
 
@@ -80,6 +83,7 @@ def save(network: Network, path: str | os.PathLike[str], card: Mapping[str, Any]
 
 
 @torch.inference_mode(False)  # its weights serve in every mode
+@checks.arguments(path=checks.path)
 def load(path: str | os.PathLike[str]) -> Network:
     """Return the network of a file, with its card.
 

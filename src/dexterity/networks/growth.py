@@ -122,6 +122,7 @@ class RadialBasisOptions:
         count = math.floor(self._steps + 1e-9) + 1
         return tuple(self.first_spread + i * self.spread_step for i in range(count))
 
+    @checks.arguments(view=checks.Instance(View))
     def scale(self, view: View) -> Float64[Tensor, " r"]:
         """Return the factor of each input of a view.
 
@@ -195,6 +196,7 @@ class Growth:
 
 
 @torch.no_grad()
+@checks.arguments(problem=checks.Instance(DesignProblem), options=checks.Instance(RadialBasisOptions))
 def grow(problem: DesignProblem, spread: float, options: RadialBasisOptions = RadialBasisOptions()) -> Growth:
     """Grow a network at one spread, a neuron at a time at the training input with the largest error.
 
@@ -227,6 +229,7 @@ def grow(problem: DesignProblem, spread: float, options: RadialBasisOptions = Ra
 
 
 @torch.no_grad()
+@checks.arguments(view=checks.Instance(View), train=checks.Instance(DataSet))
 def fit(
     view: View, train: DataSet, centres: TensorLike, spread: float, input_scale: TensorLike
 ) -> RadialBasis:
@@ -253,7 +256,9 @@ def fit(
     """
     spread = checks.positive(spread, "spread")
     scale = spatial.to_float64(input_scale, "input_scale")
-    centres = spatial.to_float64(centres, "centres")
+    centres = spatial.batch_of(centres, "centres", (view.width,))
+    if centres.ndim != 2:
+        raise ValueError(f"centres has shape {tuple(centres.shape)}; (h, {view.width}) is needed")
     arrays: dict[str, TensorLike] = {
         "centres": centres, "spread": spread, "input_scale": scale,
         "output_weights": torch.zeros(len(centres)), "output_bias": 0.0,

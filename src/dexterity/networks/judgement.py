@@ -46,6 +46,13 @@ LINES = 9
 """Lines through the worst configuration at most."""
 
 
+@checks.arguments(
+    exact=checks.function,
+    about=checks.OrNone(checks.Instance(Mapping)),
+    search=checks.OrNone(checks.Instance(Search)),
+    scale=checks.OrNone(checks.positive),
+    baselines=checks.OrNone(checks.Named(checks.function)),
+)
 def describe(
     network: Network,
     exact: Function,
@@ -128,6 +135,7 @@ ROUNDED = 4096
 """Points at which the rounding of the answers is looked at."""
 
 
+@checks.arguments(network=checks.Instance(Network))
 def layer_operations(network: Network) -> Operations:
     """Count the operations of a network's layers by the rules of paper A, without its view and its readout.
 

@@ -82,13 +82,12 @@ class Effort:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        sizes = tuple(checks.whole(size, f"sizes[{i}]", least=1) for i, size in enumerate(self.sizes))
+        sizes = checks.Each(checks.Whole(1))(self.sizes, "sizes")
         if not sizes or list(sizes) != sorted(set(sizes)):
             raise ValueError(f"sizes is {sizes}; different numbers in rising order are needed")
         object.__setattr__(self, "sizes", sizes)
         if self.readouts is not None:
-            known = tuple(READOUTS)
-            readouts = tuple(checks.choice(readout, "readouts", known) for readout in self.readouts)
+            readouts = checks.Each(checks.Choice(tuple(READOUTS)))(self.readouts, "readouts")
             if not readouts:
                 raise ValueError("readouts is empty; at least one is needed")
             object.__setattr__(self, "readouts", readouts)
@@ -182,6 +181,9 @@ class Climbed:
     candidates: tuple[Candidate, ...] = field(repr=False)
 
 
+@checks.arguments(
+    task=checks.Instance(Task), effort=checks.Instance(Effort), report=checks.OrNone(checks.function)
+)
 def climb(task: Task, effort: Effort, report: Report | None = None) -> Climbed:
     """Go through sizes until a network keeps the goal.
 

@@ -101,6 +101,7 @@ class Learned:
         """Value of the index as the network approximates it; see :class:`dexterity.networks.Guarded`."""
         return Guarded(self.network, self.space)(q)
 
+    @checks.arguments(path=checks.path)
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the network with its card to a file; see :func:`dexterity.networks.save`."""
         files.save(self.network, path)
@@ -197,6 +198,7 @@ def for_index(
     return Learned(best.network, space, goal, climbed.candidates, climbed.interrupted, better)
 
 
+@checks.arguments(chain=checks.Instance(Chain), index=checks.Instance(Index))
 def fastest(chain: Chain, index: Index) -> tuple[Function, Literal["C", "torch"]]:
     """Return an index of a chain as the fastest exact function that can be made here, and its language.
 
@@ -214,6 +216,9 @@ def fastest(chain: Chain, index: Index) -> tuple[Function, Literal["C", "torch"]
         return index.bind(chain), "torch"
 
 
+@checks.arguments(
+    network=checks.Instance(Network), points=checks.Whole(1), search=checks.OrNone(checks.Instance(Search))
+)
 def judge_again(
     network: Network, *, points: int = 50_000, seed: int = 1, search: Search | None = None
 ) -> Card:
@@ -292,12 +297,11 @@ def _task(
 
 @contextmanager
 def _reporting(progress: bool | Report, effort: Effort) -> Iterator[Report | None]:
-    if not isinstance(progress, bool):
-        if not callable(progress):
-            raise TypeError(f"progress is {progress!r}; True, False or a function is needed")
+    if callable(progress):
         yield progress
         return
-    with tqdm(total=4 * len(effort.sizes), unit="network", disable=not progress) as bar:
+    hidden = not checks.flag(progress, "progress")
+    with tqdm(total=4 * len(effort.sizes), unit="network", disable=hidden) as bar:
 
         def report(text: str, done: int, most: int) -> None:
             bar.total, bar.n = most, done

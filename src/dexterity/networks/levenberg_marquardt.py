@@ -135,6 +135,7 @@ def levenberg_marquardt(
 def levenberg_marquardt(
     network: Sequence[FeedForward], x: TensorLike, y: TensorLike, options: Options = ...
 ) -> list[Training]: ...
+@checks.arguments(options=checks.Instance(Options))
 def levenberg_marquardt(
     network: FeedForward | Sequence[FeedForward],
     x: TensorLike,
@@ -173,7 +174,8 @@ def levenberg_marquardt(
     Hagan & Menhaj (1994); Nielsen (1999), Damping parameter in Marquardt's method; Sotiropoulos & Aspragathos
     (2016), Eqs. 19 and 20.
     """
-    networks = [network] if isinstance(network, FeedForward) else list(network)
+    several = (network,) if isinstance(network, FeedForward) else network
+    networks = list(checks.Each(checks.Instance(FeedForward))(several, "network"))
     if not networks:
         raise ValueError("network is an empty sequence; at least one network is needed")
     with one_thread():

@@ -229,3 +229,15 @@ def checked(arrays: Mapping[str, TensorLike], shapes: Mapping[str, tuple[int, ..
         if tensors[name].shape != shape:
             raise ValueError(f"{name} has shape {tuple(tensors[name].shape)}; {shape} is needed")
     return tensors
+
+
+def device_name(value: Any, name: str) -> str:
+    """Check the name of a device of torch, before anything is moved there."""
+    text = checks.instance(value, name, str)
+    try:
+        torch.device(text)
+    except RuntimeError:
+        raise ValueError(
+            f"{name} is {checks.shown(text)}; a device such as cpu or cuda:0 is needed"
+        ) from None
+    return text

@@ -87,6 +87,7 @@ def onnx_model(network: Network, precision: Precision = "double") -> onnx.ModelP
     return model
 
 
+@checks.arguments(path=checks.path)
 def save_onnx(network: Network, path: str | os.PathLike[str], precision: Precision = "double") -> None:
     """Write a network to a file as an ONNX model; see :func:`onnx_model`.
 

@@ -24,6 +24,7 @@ import torch
 from torch import Tensor
 from tqdm import tqdm
 
+from dexterity import checks
 from dexterity.networks.network import View
 from dexterity.sampling import DataSet, DataSets
 
@@ -64,6 +65,7 @@ class DesignProblem:
     data: DataSets
 
     def __post_init__(self) -> None:
+        checks.fields(self, view=checks.Instance(View), data=checks.Instance(DataSets))
         for name in ("train", "test", "validation"):
             _check(getattr(self.data, name), name, self.view.joints)
         for name in ("test", "validation"):
@@ -102,6 +104,7 @@ def collected(found: Iterator[_Found], total: int, unit: str, progress: bool) ->
     return so_far, End.EXHAUSTED
 
 
+@checks.arguments(network=checks.function, data=checks.Instance(DataSet))
 def largest_relative_error(network: Callable[[Tensor], Tensor], data: DataSet) -> float:
     """Return the largest relative error over a data set, Eq. 21 of Sotiropoulos & Aspragathos (2016).
 

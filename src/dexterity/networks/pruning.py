@@ -60,6 +60,7 @@ class Pruning:
 
 
 @torch.no_grad()
+@checks.arguments(problem=checks.Instance(DesignProblem), network=checks.Instance(RadialBasis))
 def prune(problem: DesignProblem, network: RadialBasis, testing_error: float = 0.02) -> Pruning:
     r"""Remove neurons one at a time, the least useful first, while the testing error stays below its limit.
 

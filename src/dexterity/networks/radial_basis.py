@@ -20,7 +20,7 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.networks.network import Network, View, checked
 from dexterity.spatial import TensorLike
 
@@ -66,6 +66,7 @@ class RadialBasis(Network):
 
     def __init__(self, view: View, arrays: Mapping[str, TensorLike]) -> None:
         super().__init__(view)
+        checks.Instance(Mapping)(arrays, "arrays")
         neurons = spatial.to_float64(arrays.get("output_weights", ()), "output_weights").numel()
         if not neurons:
             raise ValueError("output_weights needs at least one element")

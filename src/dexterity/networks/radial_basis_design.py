@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, replace
 
 import joblib
 
+from dexterity import checks
 from dexterity.networks.growth import Growth, RadialBasisOptions, grow
 from dexterity.networks.problem import DesignProblem, End, collected
 from dexterity.networks.radial_basis import RadialBasis
@@ -58,6 +59,12 @@ class RadialBasisDesign:
         return self.end is End.PASSED
 
 
+@checks.arguments(
+    problem=checks.Instance(DesignProblem),
+    options=checks.Instance(RadialBasisOptions),
+    n_jobs=checks.Whole(),
+    progress=checks.Flag(),
+)
 def design_radial_basis(
     problem: DesignProblem,
     options: RadialBasisOptions = _PRINTED,

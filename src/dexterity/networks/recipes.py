@@ -83,6 +83,14 @@ class Recipe:
         )
 
 
+@checks.arguments(
+    recipe=checks.Instance(Recipe),
+    view=checks.Instance(View),
+    index=checks.function,
+    space=checks.Instance(Space),
+    seeds=checks.Each(checks.seed),
+    rows_seed=checks.seed,
+)
 def prepare(
     recipe: Recipe, view: View, index: Function, space: Space, seeds: Sequence[int], rows_seed: int = 0
 ) -> tuple[FeedForward, ...]:

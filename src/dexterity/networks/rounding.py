@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.network import Network
 from dexterity.networks.radial_basis import BIAS, RadialBasis
@@ -56,6 +57,7 @@ SHARE = 1e-3
 """Largest share of an error that may be rounding in double precision."""
 
 
+@checks.arguments(network=checks.Instance(Network), error=checks.Real(least=0))
 def is_sound(network: Network, q: TensorLike, error: float) -> bool:
     """Tell whether rounding in double precision is a small share of an error that a network may have.
 
@@ -70,6 +72,7 @@ def is_sound(network: Network, q: TensorLike, error: float) -> bool:
 
 
 @torch.no_grad()
+@checks.arguments(network=checks.Instance(Network))
 def rounding(network: Network, q: TensorLike) -> Rounding:
     """Estimate the rounding errors of a network at configurations.
 

@@ -15,6 +15,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from dexterity import checks
 from dexterity.sampling import Box, Space, TaskSector
 
 __all__ = ["from_card", "to_card"]
@@ -33,6 +34,7 @@ def to_card(space: Space) -> dict[str, Any]:
     return {"kind": type(space).__name__, **json.loads(json.dumps(dataclasses.asdict(space)))}
 
 
+@checks.arguments(entry=checks.Instance(Mapping))
 def from_card(entry: Mapping[str, Any]) -> Box | TaskSector:
     """Return the space that an entry of a card describes.
 

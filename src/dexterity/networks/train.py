@@ -24,12 +24,19 @@ import torch
 from dexterity import checks, spatial
 from dexterity.networks.feed_forward import FeedForward, Readout
 from dexterity.networks.levenberg_marquardt import Options, Training, levenberg_marquardt
-from dexterity.networks.network import View
+from dexterity.networks.network import View, device_name
 from dexterity.spatial import TensorLike
 
 __all__ = ["for_seeds", "initial_networks"]
 
 
+@checks.arguments(
+    device=device_name,
+    view=checks.Instance(View),
+    neurons=checks.Whole(1),
+    seeds=checks.Each(checks.seed),
+    options=checks.OrNone(checks.Instance(Options)),
+)
 def for_seeds(
     view: View,
     neurons: int,
@@ -77,6 +84,7 @@ def for_seeds(
     return [replace(training, network=training.network.cpu()) for training in trainings]
 
 
+@checks.arguments(view=checks.Instance(View), neurons=checks.Whole(1), seeds=checks.Each(checks.seed))
 def initial_networks(
     view: View,
     neurons: int,
@@ -95,18 +103,17 @@ def initial_networks(
         If there are no seeds, or not one training set for each seed; or see
         :meth:`dexterity.networks.feed_forward.FeedForward.untrained`.
     """
-    seeds = [checks.whole(seed, f"seeds[{i}]", least=0) for i, seed in enumerate(seeds)]
     if not seeds:
         raise ValueError("seeds is empty; at least one is needed")
     q, values = spatial.to_float64(q, "q"), spatial.to_float64(values, "values")
     if q.ndim == 2:
         sets = [(q, values)] * len(seeds)
-    elif len(q) == len(values) == len(seeds):
+    elif q.ndim == 3 and values.ndim and len(q) == len(values) == len(seeds):
         sets = list(zip(q, values, strict=True))
     else:
         raise ValueError(
-            f"q and values hold {len(q)} and {len(values)} training sets; {len(seeds)}, one for each seed, "
-            "are needed"
+            f"q has shape {tuple(q.shape)} and values {tuple(values.shape)}; "
+            f"training sets (N, n) and (N) are needed, one for all or one for each of {len(seeds)} seeds"
         )
     return [
         FeedForward.untrained(view, neurons, x, y, torch.Generator().manual_seed(seed), readout)

@@ -78,6 +78,7 @@ class ErrorDistribution:
     worst: tuple[float, ...]
 
 
+@checks.arguments(f=checks.function, index=checks.function)
 def error_distribution(
     f: Function,
     index: Function,
@@ -106,6 +107,7 @@ def error_distribution(
     return judge(f, fresh(index, space, count, seed, method))
 
 
+@checks.arguments(index=checks.function)
 def fresh(
     index: Function,
     space: Space,
@@ -128,6 +130,7 @@ def fresh(
     return DataSet(q, _evaluated(index, q, "index"))
 
 
+@checks.arguments(f=checks.function, data=checks.Instance(DataSet), scale=checks.OrNone(checks.positive))
 def judge(f: Function, data: DataSet, scale: float | None = None) -> ErrorDistribution:
     """Compare an approximation with known values.
 
@@ -161,6 +164,7 @@ def judge(f: Function, data: DataSet, scale: float | None = None) -> ErrorDistri
     )
 
 
+@checks.arguments(f=checks.function, data=checks.Instance(DataSet), scale=checks.OrNone(checks.positive))
 def relative_errors(f: Function, data: DataSet, scale: float | None = None) -> Float64[Tensor, " N"]:
     """Return f(q) / value − 1 of each configuration, with its sign; with a scale, (f(q) − value) / scale.
 
@@ -234,6 +238,9 @@ class AcceptanceBias:
         return float(np.mean([passing_probability(share, self.test_points) for share in self.shares]))
 
 
+@checks.arguments(
+    networks=checks.Each(checks.function), test=checks.Instance(DataSet), fresh=checks.Instance(DataSet)
+)
 def acceptance_bias(
     networks: Sequence[Function], test: DataSet, fresh: DataSet, limit: float
 ) -> AcceptanceBias:

@@ -90,6 +90,13 @@ class WorstCase:
     evaluations: int
 
 
+@checks.arguments(
+    f=checks.function,
+    index=checks.function,
+    space=checks.Instance(Space),
+    search=checks.Instance(Search),
+    scale=checks.OrNone(checks.positive),
+)
 def worst_case(
     f: Function,
     index: Function,
@@ -138,6 +145,13 @@ def worst_case(
     )
 
 
+@checks.arguments(
+    f=checks.function,
+    index=checks.function,
+    space=checks.Instance(Space),
+    search=checks.Instance(Search),
+    scale=checks.OrNone(checks.positive),
+)
 def worst_points(
     f: Function,
     index: Function,
@@ -158,6 +172,13 @@ def worst_points(
     return DataSet.of(index, space.from_unit(climb(f, index, space, u, search.steps, scale)), "index")
 
 
+@checks.arguments(
+    f=checks.function,
+    index=checks.function,
+    space=checks.Instance(Space),
+    steps=checks.Whole(0),
+    scale=checks.OrNone(checks.positive),
+)
 def climb(
     f: Function,
     index: Function,
@@ -186,6 +207,9 @@ def climb(
     ValueError
         See :func:`worst_case`.
     """
+    u = spatial.to_float64(u, "u")
+    if u.shape[1:] != (space.dimensions,):
+        raise ValueError(f"u has shape {tuple(u.shape)}; (B, {space.dimensions}) is needed")
     best, _ = ascent.climb(lambda u: _height_and_slope(f, index, space, u, scale), u, steps)
     return best
 

@@ -45,7 +45,9 @@ class InverseReachMap:
     """
 
     def __init__(self, forward: ReachMap) -> None:
-        self._forward = forward
+        from dexterity.reach.reach_map import ReachMap  # which imports this module
+
+        self._forward = checks.instance(forward, "forward", ReachMap)
         self._T_tool_base = spatial.inverse(forward.poses()[forward.reached])
         self._values = forward.best[forward.reached]
 
@@ -105,7 +107,7 @@ class InverseReachMap:
             If a pose is not rigid, a shape does not fit, or a number is negative.
         """
         T, base = (
-            spatial.require_rigid(value, name)
+            spatial.require_rigid(value, name).detach()
             for value, name in ((T_world_tool, "T_world_tool"), (bases, "bases"))
         )
         for value, name in ((T, "T_world_tool"), (base, "bases")):

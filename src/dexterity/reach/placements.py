@@ -161,6 +161,7 @@ class Placements:
         """Best base, the refined one if there is one, else the best candidate."""
         return self.refined or self.candidate(int(self.order[0]))
 
+    @checks.arguments(number=checks.Whole(0))
     def candidate(self, number: int) -> Placement:
         """Return a candidate by its number from 0."""
         T = self.bases[number]
@@ -206,6 +207,7 @@ class Placements:
             "largest joint step": placement.largest_step,
         }
 
+    @checks.arguments(path=checks.path)
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the table to a file, whole or not at all.
 

@@ -85,6 +85,7 @@ def ball(centre: TensorLike, radius: float, spacing: float) -> Float64[Tensor, "
     return middle + offsets[offsets.norm(dim=-1) <= radius * (1 + 1e-9)]
 
 
+@checks.arguments(chain=checks.Instance(Chain))
 def bounds(chain: Chain) -> tuple[Float64[Tensor, " 3"], float]:
     """Return centre and radius of a ball that the tool point cannot leave, whatever the joint values are.
 

@@ -238,7 +238,12 @@ class ReachMap:
         ValueError
             If they do not fit, or none is chosen.
         """
-        chosen = torch.as_tensor(positions)
+        try:
+            chosen = torch.as_tensor(np.asarray(positions))
+        except (TypeError, ValueError) as error:
+            raise TypeError(f"positions cannot be read as an array: {error}") from error
+        if chosen.is_floating_point() or chosen.is_complex():
+            raise TypeError(f"positions holds {chosen.dtype}; truth values or whole numbers are needed")
         if chosen.dtype == torch.bool:
             if chosen.shape != (len(self.positions),):
                 raise ValueError(
@@ -273,7 +278,7 @@ class ReachMap:
         ValueError
             If a pose is not rigid or not finite.
         """
-        T = spatial.require_rigid(T_world_tool, "T_world_tool")
+        T = spatial.require_rigid(T_world_tool, "T_world_tool").detach().cpu()
         distance, position = cKDTree(self.positions.numpy()).query(T[..., :3, 3].numpy())
         # The Frobenius distance of rotations grows with the angle between them: 2√2 sin(angle / 2).
         chord, rotation = cKDTree(self.rotations.flatten(1).numpy()).query(T[..., :3, :3].flatten(-2).numpy())
@@ -292,6 +297,7 @@ class ReachMap:
         ValueError
             If the maps have different positions or rotations.
         """
+        checks.instance(other, "other", ReachMap)
         pairs = ((self.positions, other.positions), (self.rotations, other.rotations))
         if not all(a.shape == b.shape and torch.equal(a, b) for a, b in pairs):
             raise ValueError(f"other is {other!r}; a map of the same positions and rotations is needed")
@@ -307,6 +313,7 @@ class ReachMap:
 
     # ---- files ---------------------------------------------------------------------------------------
 
+    @checks.arguments(path=checks.path)
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map to a file, by custom with the ending ``.npz``, whole or not at all.
 
@@ -329,6 +336,7 @@ class ReachMap:
         store.write_atomically(path, sealed.packed(_KIND, header, arrays))
 
     @classmethod
+    @checks.arguments(path=checks.path)
     def load(cls, path: str | os.PathLike[str]) -> ReachMap:
         """Return the map of a file; each configuration is put through forward kinematics.
 

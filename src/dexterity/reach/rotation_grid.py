@@ -124,6 +124,7 @@ def covering_radius(rotations: TensorLike) -> float:
     R = spatial.to_float64(rotations, "rotations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or not len(R):
         raise ValueError(f"rotations has shape {tuple(R.shape)}; (r, 3, 3) with r ≥ 1 is needed")
+    R = spatial.require_rotation(R, "rotations")
     quaternions = Rotation.from_matrix(R.detach().cpu().numpy()).as_quat()
     points = np.concatenate([quaternions, -quaternions])
     if np.linalg.matrix_rank(points, tol=1e-9) < 4:

@@ -125,7 +125,9 @@ def survey(
     checks.choice(method, "method", ("auto", "closed form", "search", "sampling"))
     checks.choice(frame, "frame", get_args(RowFrame))
     judge, workers, chosen = Judge(chain, index), thread_count(threads), TwistRows(row_numbers(rows), frame)
-    seed = checks.whole(seed, "seed", least=0)
+    seed, draws = checks.seed(seed), checks.whole(draws, "draws", least=1)
+    checks.OrNone(checks.Each(checks.Real(above=0)))(cell, "cell")
+    checks.OrNone(checks.Instance(ReachMap))(unfinished, "unfinished")
     if method == "sampling":
         if unfinished is not None:
             raise ValueError("unfinished is given; a sampling cannot go on from a map, draw more instead")

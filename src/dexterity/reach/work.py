@@ -51,6 +51,8 @@ def thread_count(threads: int | None) -> int:
 @contextlib.contextmanager
 def counted(progress: Progress, total: int, what: str) -> Iterator[Callable[[int], None]]:
     """Return a function that adds to what is done, and shows it."""
+    if not callable(progress):
+        checks.flag(progress, "progress")
     if callable(progress):
         done = 0
 

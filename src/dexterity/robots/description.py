@@ -60,11 +60,10 @@ Chain('arm', 2 joints, tool at (0.5, 0, 0.3) m)
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
@@ -179,7 +178,7 @@ def described(name: str, called: str) -> Description:
     path = store.data_path("robots") / f"{name}.toml"
     # Only the robot's own file is read, unless the name is unknown.
     if not re.fullmatch(r"\w{1,100}", name) or not path.is_file() or not _is_chain(path):
-        raise ValueError(f"{called} is {checks.shown(name)}; {_nearest(name, names())}")
+        raise ValueError(f"{called} is {checks.shown(name)}; {checks.hint(name, names())}")
     return read_description(path)
 
 
@@ -204,11 +203,6 @@ _SHIPPED: dict[Path, tuple[Chain, dict[Path, bytes]]] = {}
 def _is_chain(path: Path) -> bool:
     content = store.read_toml(path)
     return not set(get_args(Form)).isdisjoint(content) or "arm" in content.get("vehicle", {})
-
-
-def _nearest(name: str, known: Iterable[str]) -> str:
-    near = difflib.get_close_matches(name, known := list(known), n=3, cutoff=0.3) or sorted(known)
-    return f"there is no such one. Nearest: {', '.join(near) or 'none'}"
 
 
 def read_description(path: Path | str) -> Description:
@@ -291,15 +285,12 @@ def _chosen_lengths(
     chosen = dict(description.lengths)
     title = description.name
     if variant is not None:
-        if not isinstance(variant, str):
-            raise TypeError(f"variant is {checks.shown(variant)}; the name of a variant is needed")
-        if variant not in description.variants:
-            raise ValueError(f"variant is {variant!r}; {_nearest(variant, description.variants)}")
+        checks.choice(variant, "variant", description.variants)
         chosen |= {k: float(v) for k, v in description.variants[variant].items() if k != "note"}
         title = f"{title} ({variant})"
     for key, value in (lengths or {}).items():
         if key not in chosen:
-            raise ValueError(f"lengths holds {key!r}; {_nearest(str(key), chosen)}")
+            raise ValueError(f"lengths holds {checks.shown(key)}; {checks.hint(str(key), chosen)}")
         length = spatial.to_float64(value, f"lengths[{key!r}]")
         if length.ndim:
             raise ValueError(f"lengths[{key!r}] has shape {tuple(length.shape)}; a number is needed")
@@ -457,11 +448,9 @@ def _pose(value: Any, where: str) -> Tensor:
 
 
 def _refuse_unknown(entries: Mapping[str, Any], known: set[str], where: str) -> None:
-    unknown = sorted(set(entries) - known)
-    if unknown:
-        near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else ";"
-        raise ValueError(f"{where} holds {checks.shown(unknown)}{hint} {sorted(known)} are known")
+    if unknown := sorted(set(entries) - known):
+        hint = checks.hint(unknown[0], sorted(known))
+        raise ValueError(f"{where} holds {checks.shown(unknown)}; {hint}")
 
 
 def _required(entries: Mapping[str, Any], key: str, where: str) -> Any:

@@ -22,6 +22,8 @@ from functools import cache
 from importlib import resources
 from string import Template
 
+from dexterity import checks
+
 __all__ = ["Html", "iframe", "row", "standalone"]
 
 
@@ -89,6 +91,7 @@ def row(shown: Iterable[tuple[str, str]]) -> Html:
     return Html(f'<div style="display:flex;flex-wrap:wrap;gap:0.75rem">{"".join(cells)}</div>')
 
 
+@checks.arguments(shown=checks.Instance(str))
 def standalone(shown: str) -> str:
     """Put meshcat's viewer into each scene of some HTML, which then moves outside of a book too.
 

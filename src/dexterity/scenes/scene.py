@@ -141,6 +141,11 @@ class Scene:
                 self._shapes += shapes.joint_axis(frame, kind, 0.18 * size, chain.joint_names[i])
                 self._legend[f"{kind} axis"] = AXIS_COLORS[kind]
 
+    @checks.arguments(
+        bodies=checks.Each(checks.Instance(Body)),
+        sliders=checks.Each(checks.Instance(Slider)),
+        name=checks.name,
+    )
     def add_mechanism(
         self,
         bodies: Sequence[Body],
@@ -464,8 +469,7 @@ class Scene:
             finite, a bar has no length in one of them or turns by π or more from one to the next, or the
             speed is not positive.
         """
-        if name not in self._bars:
-            raise ValueError(f"name is {name!r}; the bars of this scene are {sorted(self._bars)}")
+        checks.choice(name, "name", self._bars)
         paths = [f"{node_name(name)}/bar{i}" for i in range(len(self._bars[name]))]
         if any(path in self._motions for path in paths):
             raise ValueError(f"name is {name!r}, which has an animation already")
@@ -567,9 +571,7 @@ class Scene:
         return node_name(self._new_name(name))
 
     def _drawn(self, name: str, argument: str) -> DrawnChain:
-        if name not in self._chains:
-            raise ValueError(f"{argument} is {name!r}; the chains of this scene are {sorted(self._chains)}")
-        return self._chains[name]
+        return self._chains[checks.choice(name, argument, self._chains)]
 
     def _require_at_rest(self, name: str) -> None:
         if name in self._sliders or any(path in self._motions for path in self._chains[name].joints):
@@ -580,6 +582,7 @@ class Scene:
         return path
 
 
+@checks.arguments(scenes=checks.Each(checks.Instance(Scene)))
 def side_by_side(*scenes: Scene) -> Html:
     """Set scenes in a row with their titles below; one under the other where the page is narrow.
 

@@ -29,7 +29,7 @@ from meshcat.commands import SetObject
 from meshcat.path import Path as NodePath
 from meshcat.visualizer import Visualizer
 
-from dexterity import store
+from dexterity import checks, store
 from dexterity.scenes.arguments import Array
 from dexterity.scenes.camera import View
 from dexterity.scenes.frames import DrawnChain
@@ -40,6 +40,7 @@ from dexterity.scenes.shapes import Command, Shape
 __all__ = ["copy_viewer", "packed_commands", "slider_commands"]
 
 
+@checks.arguments(folder=checks.path)
 def copy_viewer(folder: str | Path) -> None:
     """Copy meshcat's viewer and its licences into a folder, for a book's ``_static/meshcat``.
 

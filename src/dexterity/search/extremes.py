@@ -106,13 +106,10 @@ def extremes(
     TypeError
         If an argument is of another kind.
     """
-    for name, number, most in (
-        ("samples", samples, 10**9),
-        ("starts", starts, 10**6),
-        ("steps", steps, 10**6),
-    ):
-        checks.whole(number, name, least=1, most=most)
-    checks.seed(seed)
+    samples = checks.whole(samples, "samples", least=1, most=10**9)
+    starts = checks.whole(starts, "starts", least=1, most=10**6)
+    steps = checks.whole(steps, "steps", least=1, most=10**6)
+    seed = checks.seed(seed)
     function, where = _function(f, space), Box.from_chain(space) if isinstance(space, Chain) else space
     if not isinstance(where, Space):
         raise TypeError(f"space is {where!r}; a chain or a space such as dexterity.sampling.Box is needed")

@@ -126,7 +126,7 @@ def zoom_search(
     checks.function(objective, "objective")
     checks.instance(options, "options", ZoomOptions)
     low, high = box.limits(lower, upper)
-    counts = _counts(low, high, box.steps(steps, "steps", len(low)))
+    counts = grid_counts(low, high, box.steps(steps, "steps", len(low)))
     if options.levels ** len(low) * options.starts > _MOST_POINTS:
         raise ValueError(
             f"levels is {options.levels} and starts {options.starts}, which make more than {_MOST_POINTS:,} "
@@ -157,7 +157,7 @@ def zoom_search(
     return ZoomSearch(points[order[0]], best[order[0]].item(), evaluations, points[order], best[order])
 
 
-def _counts(low: Tensor, high: Tensor, steps: Tensor) -> list[int]:
+def grid_counts(low: Tensor, high: Tensor, steps: Tensor) -> list[int]:
     """Numbers of values of each variable in the first grid."""
     lengths = ((high - low) / steps).tolist()
     points = math.prod(length + 1 for length in lengths)

@@ -327,7 +327,7 @@ def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     """
     if not poses:
         raise ValueError("poses is empty; at least one is needed")
-    checked = [batch_of(T, "T", (4, 4)) for T in poses]
+    checked = [batch_of(T, f"poses[{i}]", (4, 4)) for i, T in enumerate(poses)]
     common_batch(**{f"poses[{i}]": T.shape[:-2] for i, T in enumerate(checked)})
     # A product of one pose is a copy: what is returned never changes with the caller's array.
     product = reduce(torch.matmul, checked) if len(checked) > 1 else checked[0].clone()

@@ -17,6 +17,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from dexterity import checks
+
 __all__ = ["Machine", "conditions", "processor", "versions"]
 
 
@@ -59,6 +61,7 @@ def processor() -> str:
     return model[1] if model else platform.processor() or platform.machine()
 
 
+@checks.arguments(distributions=checks.Each(checks.name))
 def versions(*distributions: str) -> dict[str, str]:
     """Versions of Python and of installed distributions, each under its name.
 
@@ -72,6 +75,7 @@ def versions(*distributions: str) -> dict[str, str]:
     }
 
 
+@checks.arguments(distributions=checks.Each(checks.name))
 def conditions(*distributions: str) -> dict[str, str]:
     """Tell what times depend on: the processor, the threads that `measure` uses, and versions.
 

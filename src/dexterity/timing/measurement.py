@@ -172,6 +172,7 @@ def measure(
     )
 
 
+@checks.arguments(timing=checks.Instance(Timing), reference=checks.Instance(Timing))
 def ratio(timing: Timing, reference: Timing) -> Ratio:
     """Divide the median of a timing by that of a reference.
 

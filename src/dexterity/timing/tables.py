@@ -17,6 +17,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dexterity import checks
 from dexterity.store import write_set
 from dexterity.timing.measurement import Ratio, Timing, ratio, three_digits
 
@@ -28,6 +29,7 @@ __all__ = ["readable", "table", "to_csv", "to_markdown", "write"]
 _NANOSECONDS = 1e9
 
 
+@checks.arguments(timings=checks.Each(checks.Instance(Timing)))
 def table(timings: Sequence[Timing], reference: str) -> pandas.DataFrame:
     """Set timings beside a reference, one row for each under its name.
 
@@ -75,6 +77,7 @@ def readable(table: pandas.DataFrame) -> pandas.DataFrame:
     table
         What :func:`table` returns, or several of them with further levels of the index.
     """
+    checks.instance(table, "table", _pandas().DataFrame)
     ratios = zip(table["ratio"], table["distinguishable"], strict=True)
     quartiles = zip(table["lower"], table["upper"], strict=True)
     return _pandas().DataFrame(
@@ -89,6 +92,7 @@ def readable(table: pandas.DataFrame) -> pandas.DataFrame:
     )
 
 
+@checks.arguments(conditions=checks.Instance(Mapping))
 def to_csv(table: pandas.DataFrame, conditions: Mapping[str, str]) -> str:
     """Write a table as CSV, below its conditions in lines that begin with ``#``.
 
@@ -99,6 +103,7 @@ def to_csv(table: pandas.DataFrame, conditions: Mapping[str, str]) -> str:
     ValueError
         If a name holds a ``#``, or begins as a formula does.
     """
+    checks.instance(table, "table", _pandas().DataFrame)
     rows = table.to_csv(float_format="%.6g", lineterminator="\n")
     if "#" in rows:
         raise ValueError("a name in the table holds a #, after which a reader sees a comment")
@@ -109,6 +114,7 @@ def to_csv(table: pandas.DataFrame, conditions: Mapping[str, str]) -> str:
     return "".join(f"# {_line(f'{key}: {value}')}\n" for key, value in conditions.items()) + rows
 
 
+@checks.arguments(conditions=checks.Instance(Mapping), title=checks.name)
 def to_markdown(table: pandas.DataFrame, conditions: Mapping[str, str], title: str) -> str:
     """Write a table as Markdown below its title, its conditions at the end."""
     texts = readable(table).reset_index()
@@ -133,6 +139,7 @@ def _inert(text: str) -> str:
     return plain.replace("\\", r"\\").replace("|", r"\|")
 
 
+@checks.arguments(stem=checks.path, conditions=checks.Instance(Mapping), title=checks.name)
 def write(stem: Path, table: pandas.DataFrame, conditions: Mapping[str, str], title: str) -> None:
     """Write a table into `stem`.csv and `stem`.md as one set, with their checksums in `stem`.sha256.
 
@@ -143,6 +150,7 @@ def write(stem: Path, table: pandas.DataFrame, conditions: Mapping[str, str], ti
     OSError
         If a file cannot be written.
     """
+    stem = Path(stem)
     texts = {"csv": to_csv(table, conditions), "md": to_markdown(table, conditions, title)}
     write_set(
         stem.parent, f"{stem.name}.sha256", {f"{stem.name}.{ending}": text for ending, text in texts.items()}

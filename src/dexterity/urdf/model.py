@@ -21,6 +21,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from dexterity import checks
 from dexterity.urdf import document, masses, tree
 from dexterity.urdf.document import Array, Values
 from dexterity.urdf.tree import Joint
@@ -93,7 +94,7 @@ class Model:
     def leaves(self, base: str | None = None) -> tuple[str, ...]:
         """Links without a joint behind them that `base`, by default any root, carries by a moving joint."""
         parents = {joint.parent for joint in self._joints}
-        bases = self.roots if base is None else (base,)
+        bases = self.roots if base is None else (checks.choice(base, "base", self.links),)
         carried: set[str] = set().union(*(tree.moved_by(self._joints, each) for each in bases))
         return tuple(link for link in self.links if link in carried and link not in parents)
 

@@ -22,7 +22,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from dexterity import sealed, store
+from dexterity import checks, sealed, store
 
 __all__ = ["ArchiveError", "read_archive", "require_like", "write_archive"]
 
@@ -31,6 +31,12 @@ class ArchiveError(ValueError):
     """A file is no archive, not all of one, or one of something else."""
 
 
+@checks.arguments(
+    path=checks.path,
+    kind=checks.name,
+    header=checks.Instance(Mapping),
+    tensors=checks.Named(checks.Instance(Tensor)),
+)
 def write_archive(
     path: str | os.PathLike[str], kind: str, header: Mapping[str, Any], tensors: Mapping[str, Tensor]
 ) -> None:
@@ -58,6 +64,7 @@ def write_archive(
     store.write_atomically(path, sealed.packed(kind, header, arrays))
 
 
+@checks.arguments(path=checks.path, kind=checks.name)
 def read_archive(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, Any], dict[str, Tensor]]:
     """Return the header and the tensors of a file; nothing in it is executed.
 

@@ -29,6 +29,7 @@ import torch
 from sympy import Expr, Symbol
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.codegen.torch_code import TensorFunction, torch_function
 from dexterity.program import Program, Recorder
 from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, Branch
@@ -59,6 +60,7 @@ the defect is the sum of the squares of all that keeps the pose from being rigid
 """
 
 
+@checks.arguments(branch=checks.Instance(Branch))
 @functools.cache
 def derive(branch: Branch = NAMED_BRANCH) -> Program:
     """Record the steps from :data:`LINKS` and :data:`POSE` to a branch; the outputs are :data:`PARTS`.
@@ -104,11 +106,13 @@ def derive(branch: Branch = NAMED_BRANCH) -> Program:
     return note.program((*LINKS, *POSE), [*cosines, *sines, *whole, w, _defect(note)])
 
 
+@checks.arguments(program=checks.Instance(Program), names=checks.Each(checks.Choice(tuple(PARTS))))
 def part(program: Program, *names: str) -> Program:
     """Return what leads to some of :data:`PARTS`, in the order of the names."""
     return program.leading_to(output for name in names for output in program.outputs[PARTS[name]])
 
 
+@checks.arguments(branch=checks.Instance(Branch), names=checks.Each(checks.Choice(tuple(PARTS))))
 def in_torch(branch: Branch, *names: str) -> Callable[[Tensor, Tensor], Tensor]:
     """Return some of :data:`PARTS` as a function of tensors.
 

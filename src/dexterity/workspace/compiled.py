@@ -135,6 +135,7 @@ PoseFunction: TypeAlias = Callable[[Tensor, TensorLike], Tensor]
 """Takes one arm (4,) and poses (..., 4, 4), and returns a row of numbers for each pose."""
 
 
+@checks.arguments(branch=checks.Instance(Branch), names=checks.Each(checks.Choice(tuple(PARTS))))
 def in_c(branch: Branch, *names: str) -> PoseFunction:
     """Return some of the parts of the closed form as a compiled function.
 
@@ -207,8 +208,9 @@ def c_source(
     """
     checks.identifier(name, "name")
     checks.instance(branch, "branch", Branch)
-    if isinstance(outputs, str) or not outputs or not all(output in _LAYOUT for output in outputs):
-        raise ValueError(f"outputs is {outputs!r}; one or more of {', '.join(_LAYOUT)} are needed")
+    outputs = checks.Each(checks.Choice(tuple(_LAYOUT)))(outputs, "outputs")
+    if not outputs:
+        raise ValueError(f"outputs is empty; one or more of {', '.join(_LAYOUT)} are needed")
     program = part(derive(branch), *outputs, "defect")
     file = CFile(name)
     header = file.fill(

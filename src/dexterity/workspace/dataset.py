@@ -153,6 +153,7 @@ class JacobianData(NamedTuple):
     samples: Samples
     jacobian: Float64[Tensor, "n 6 6"]
 
+    @checks.arguments(frame=checks.Choice(("world", "tool")))
     def in_frame(self, frame: Literal["world", "tool"]) -> Tensor:
         """Jacobians (n, 6, 6) in the axes of the base or of the tool."""
         return self.jacobian if frame == "world" else in_tool_axes(self.jacobian, self.samples.rotation())
@@ -414,11 +415,13 @@ class Scaling:
     unit: Float64[Tensor, " columns"]
 
     @classmethod
+    @checks.arguments(train=checks.Instance(Tensor))
     def to_unit_deviation(cls, train: Float64[Tensor, "n columns"]) -> Scaling:
         """Scale to mean 0 and standard deviation 1."""
         return cls(train.mean(0), _or_one(train.std(0, correction=0), train))
 
     @classmethod
+    @checks.arguments(train=checks.Instance(Tensor))
     def to_range(cls, train: Float64[Tensor, "n columns"]) -> Scaling:
         """Scale the smallest value to −1 and the largest to 1."""
         low, high = train.amin(0), train.amax(0)
@@ -443,6 +446,7 @@ CSV_SETS = ("conf", "conf_dyna", "jacob", "jacob0")
 the tool, and of the base."""
 
 
+@checks.arguments(folder=checks.path)
 def write_csv(
     folder: Path | str,
     train: ConfidenceData | JacobianData,
@@ -499,6 +503,7 @@ def write_csv(
     return store.write_set(folder, f"{name}.sha256", files)
 
 
+@checks.arguments(folder=checks.path)
 def read_csv(folder: Path | str, name: str) -> dict[str, tuple[Array, Array]]:
     """Read a set that :func:`write_csv` wrote.
 

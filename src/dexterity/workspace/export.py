@@ -23,7 +23,7 @@ from jaxtyping import Float64
 from sympy import Expr, S
 from torch import Tensor
 
-from dexterity import spatial
+from dexterity import checks, spatial
 from dexterity.codegen.ecmascript import Exported, program_module
 from dexterity.codegen.printing import template
 from dexterity.program import Program, Recorder
@@ -57,6 +57,7 @@ def margins() -> Program:
     return record.program((*LINKS, x, y, z), [across - record(d3**2), far - inner, outer - far])
 
 
+@checks.arguments(branch=checks.Instance(Branch))
 def origins(branch: Branch = NAMED_BRANCH) -> Program:
     """Record where the frames of the links are on a branch, from links and pose.
 
@@ -91,6 +92,7 @@ def _sum(record: Recorder, a: list[Expr], c: Expr, b: list[Expr], s: Expr) -> li
     return [record(record(c * p) + record(s * q)) for p, q in zip(a, b, strict=True)]
 
 
+@checks.arguments(branch=checks.Instance(Branch))
 def javascript_module(branch: Branch = NAMED_BRANCH) -> str:
     """Return an ECMAScript module of the closed form for all arms of the family.
 
@@ -160,6 +162,7 @@ class Confidence:
     layers: tuple[Layer, ...]
 
     @classmethod
+    @checks.arguments(network=checks.Instance(JacobianNet))
     def of(cls, network: JacobianNet) -> Confidence:
         """Take the confidence of a network.
 
@@ -215,6 +218,7 @@ def _numbers(values: Tensor | None) -> Tensor:
     return values.detach().double().cpu()
 
 
+@checks.arguments(confidence=checks.Instance(Confidence))
 def confidence_module(confidence: Confidence) -> str:
     """Return an ECMAScript module that exports ``confidence(links, pose)``; the pose is a 4 × 4 array."""
     code = template("confidence.js.in").substitute(

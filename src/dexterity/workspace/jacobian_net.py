@@ -291,6 +291,7 @@ class JacobianNet(torch.nn.Module):
         If a choice is unknown, the scalings do not fit each other, or the threshold is not in [0, 1].
     """
 
+    @checks.arguments(scaling_in=checks.Instance(Scaling), scaling_out=checks.Instance(Scaling))
     def __init__(
         self,
         architecture: Architecture,
@@ -343,6 +344,7 @@ class JacobianNet(torch.nn.Module):
             if isinstance(part, _Dropout):
                 part.random = random
 
+    @checks.arguments(side=checks.Choice(("in", "out")))
     def scaling(self, side: Literal["in", "out"]) -> Scaling:
         """Scaling of what it sees or of what it predicts."""
         return Scaling(self.get_buffer(f"centre_{side}"), self.get_buffer(f"unit_{side}"))
@@ -405,6 +407,7 @@ class JacobianNet(torch.nn.Module):
         confidence, y = torch.cat(confidences), self.scaling("out").undo(torch.cat(entries))
         return Estimate(confidence, decode(y, position, R, self.entries), confidence >= self.threshold)
 
+    @checks.arguments(path=checks.path)
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the network to a file; errors as for :func:`dexterity.workspace.archive.write_archive`."""
         write_archive(path, _KIND, self.header(), self.state_dict())
@@ -419,6 +422,7 @@ class JacobianNet(torch.nn.Module):
         }
 
     @classmethod
+    @checks.arguments(path=checks.path)
     def load(cls, path: str | os.PathLike[str]) -> JacobianNet:
         """Read a network from a file.
 

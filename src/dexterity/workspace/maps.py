@@ -32,6 +32,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
 import torch
 from jaxtyping import Bool, Float64, Int64
 from torch import Tensor
@@ -190,6 +191,7 @@ class ByClosedForm:
     ) -> None:
         self._links = one_arm(links)
         checks.choice(backend, "backend", _BACKENDS)
+        checks.OrNone(checks.Instance(Branch))(branch, "branch")
         self._tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0.0)
         free = arm(self._links)
         limited = free.with_limits(lower=lower, upper=upper)
@@ -265,6 +267,7 @@ class ByNetwork:
         If there are not four numbers, or one is negative or not finite.
     """
 
+    @checks.arguments(network=checks.Instance(PoseNetwork))
     def __init__(self, network: PoseNetwork, links: TensorLike) -> None:
         self._network = network
         self._links = one_arm(links)
@@ -564,7 +567,10 @@ def survey(
     """
     R, answer = _orientations(orientations), _asked(answer)
     checks.instance(grid, "grid", Grid)
-    chosen = torch.ones(len(R), dtype=torch.bool) if in_range is None else torch.as_tensor(in_range)
+    try:
+        chosen = torch.as_tensor(np.ones(len(R), dtype=bool) if in_range is None else np.asarray(in_range))
+    except (TypeError, ValueError) as error:
+        raise TypeError(f"in_range cannot be read as an array: {error}") from error
     if chosen.dtype != torch.bool or chosen.shape != (len(R),) or not chosen.any():
         raise ValueError(
             f"in_range is {chosen.dtype} of shape {tuple(chosen.shape)}; {len(R)} truth values, one of them "

@@ -240,12 +240,14 @@ def network_for(
     return JacobianNet(architecture, inputs, entries, *scalings, random)
 
 
+@checks.arguments(network=checks.Instance(JacobianNet), data=checks.Instance(ConfidenceData))
 def confidence_rows(network: JacobianNet, data: ConfidenceData) -> Rows:
     """Return rows of the confidence head; errors are those of :meth:`.JacobianNet.scaled_inputs`."""
     checks.instance(data, "data", ConfidenceData)
     return Rows(network.scaled_inputs(data.samples), data.reachable[:, None].float())
 
 
+@checks.arguments(network=checks.Instance(JacobianNet), data=checks.Instance(JacobianData))
 def estimation_rows(network: JacobianNet, data: JacobianData) -> Rows:
     """Return rows of the estimation head; errors are those of :meth:`.JacobianNet.scaled_inputs`."""
     checks.instance(data, "data", JacobianData)
@@ -253,6 +255,9 @@ def estimation_rows(network: JacobianNet, data: JacobianData) -> Rows:
     return Rows(network.scaled_inputs(data.samples), network.scaling("out").apply(y).float())
 
 
+@checks.arguments(
+    rows=checks.Instance(Mapping), checkpoint=checks.OrNone(checks.path), progress=checks.Flag()
+)
 def train(
     network: JacobianNet,
     rows: Mapping[Head, Rows],

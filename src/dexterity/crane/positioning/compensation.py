@@ -25,8 +25,8 @@ from typing import TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import checks
-from dexterity.crane.kinematics import inverse, least_extension, tip_position
+from dexterity import checks, spatial
+from dexterity.crane.kinematics import FARTHEST, inverse, least_extension, tip_position
 from dexterity.crane.positioning.genetic import GeneticInverseOptions, genetic_inverse
 from dexterity.crane.positioning.task import Placement, SagModel, Task
 from dexterity.networks.feed_forward import FeedForward
@@ -45,23 +45,35 @@ RigidInverse: TypeAlias = Callable[[Task, Tensor], Placement]
 """Strokes that bring the rigid tip to positions (N, 2), from the starts and within the limits of a task."""
 
 
+@checks.arguments(task=checks.Instance(Task))
 def exact_inverse(task: Task, positions: Tensor) -> Placement:
     """Solve the rigid crane in closed form, elbow up, with the start's extension or the least that reaches.
 
     What cannot be reached is NaN and flagged.
     """
+    positions = spatial.to_float64(positions, "positions")
+    if positions.shape != task.targets.shape:
+        raise ValueError(
+            f"positions has shape {tuple(positions.shape)}; {tuple(task.targets.shape)} is needed"
+        )
+    if (positions.abs() > FARTHEST).any():
+        raise ValueError(f"positions holds numbers beyond {FARTHEST:g} m")
     extension = torch.maximum(task.starts[:, 2], least_extension(positions, task.crane))
     reach = inverse(positions, extension, task.crane)
     within = reach.reached & task.allows(reach.strokes.nan_to_num())
     return Placement(reach.strokes, within, torch.ones(len(task), dtype=torch.long))
 
 
+@checks.arguments(
+    generator=checks.Instance(torch.Generator), options=checks.OrNone(checks.Instance(GeneticInverseOptions))
+)
 def genetic(generator: torch.Generator, options: GeneticInverseOptions | None = None) -> RigidInverse:
     """Return the thesis's genetic algorithm as a way to solve the rigid crane; None for its own options."""
     chosen = options or GeneticInverseOptions()
     return lambda task, positions: genetic_inverse(task, positions, generator, chosen)
 
 
+@checks.arguments(network=checks.Instance(FeedForward))
 def network_sag(network: FeedForward) -> SagModel:
     """Return a correction network as a deflection."""
 
@@ -72,6 +84,7 @@ def network_sag(network: FeedForward) -> SagModel:
     return sag
 
 
+@checks.arguments(task=checks.Instance(Task))
 def uncompensated(task: Task) -> Placement:
     """Bring the rigid crane to the targets, elbow up with the least extension, whatever it sags."""
     reach = inverse(task.targets, crane=task.crane)
@@ -156,6 +169,7 @@ def _miss(task: Task, strokes: Tensor, deflection: Tensor) -> Tensor:
     return (tip_position(strokes, task.crane) + deflection - task.targets).norm(dim=-1)
 
 
+@checks.arguments(task=checks.Instance(Task), network=checks.Instance(FeedForward))
 def by_inverse_network(task: Task, network: FeedForward) -> Placement:
     """Ask an inverse network for s1 and s2, given the least extension that the rigid crane needs (method 4).
 

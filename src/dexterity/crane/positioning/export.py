@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.codegen.printing import template
 from dexterity.codegen.recorded_functions import Recorded, recorded_module
 from dexterity.codegen.recording import record
@@ -64,6 +65,7 @@ def task_at(strokes: Tensor, payload: Tensor, crane: Crane) -> Task:
     return Task(tip_position(strokes, crane), payload, (strokes * 100).round() / 100, crane)
 
 
+@checks.arguments(crane=checks.Instance(Crane), networks=checks.Instance(Networks))
 def javascript_module(crane: Crane, networks: Networks) -> str:
     """Return an ECMAScript module of a crane and of the four methods to position it.
 

@@ -116,6 +116,7 @@ def _scaled_miss(network: FeedForward, x: Tensor, wanted: Tensor) -> tuple[Tenso
     return output - wanted, slope
 
 
+@checks.arguments(network=checks.Instance(FeedForward), task=checks.Instance(Task))
 def safe_rate(network: FeedForward, task: Task, points: int = 9) -> float:
     """One over the largest squared singular value that the Jacobian by the scaled strokes has on a grid.
 
@@ -146,6 +147,7 @@ TipModel: TypeAlias = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 """Tip (N, 2) [m] and its derivative by the strokes (N, 2, 3), for strokes (N, 3) and payloads (N)."""
 
 
+@checks.arguments(network=checks.Instance(FeedForward))
 def network_tip(network: FeedForward) -> TipModel:
     """Return a network of strokes and payload for the tip, with its derivative."""
 
@@ -160,6 +162,7 @@ def network_tip(network: FeedForward) -> TipModel:
     return tip
 
 
+@checks.arguments(task=checks.Instance(Task), sag=checks.function)
 def sagging_tip(task: Task, sag: SagModel) -> TipModel:
     """Return the rigid tip with a deflection, and the rigid tip's derivative, which is close enough."""
 

@@ -101,6 +101,7 @@ class Task:
         """Largest strokes [m], likewise."""
         return torch.maximum(self.starts, self.starts.new_tensor(self.crane.upper))
 
+    @checks.arguments(strokes=checks.Instance(Tensor))
     def allows(self, strokes: Float64[Tensor, "N 3"]) -> Bool[Tensor, " N"]:
         """Tell which strokes the cylinders have."""
         return ((strokes >= self.lower - 1e-9) & (strokes <= self.upper + 1e-9)).all(-1)
@@ -199,6 +200,7 @@ class Errors(NamedTuple):
         return torch.cat([self.each.abs().amax(0), self.distance.amax()[None]])
 
 
+@checks.arguments(sag=checks.OrNone(checks.function))
 def errors(task: Task, placement: Placement, sag: SagModel | None = None, end_stops: bool = True) -> Errors:
     """Drive the crane to what a method answers with, exactly, and measure where the tip is.
 
@@ -231,11 +233,13 @@ def errors(task: Task, placement: Placement, sag: SagModel | None = None, end_st
     return Errors(task.targets - tip, ~task.allows(told))
 
 
+@checks.arguments(crane=checks.OrNone(checks.Instance(Crane)))
 def linear_sag(crane: Crane | None = None) -> SagModel:
     """Return a crane's deflection by linear statics as a function of strokes and payload."""
     return lambda strokes, payload: deflection(strokes, payload, crane)
 
 
+@checks.arguments(crane=checks.OrNone(checks.Instance(Crane)))
 def corotational_sag(crane: Crane | None = None) -> SagModel:
     """Return a crane's co-rotational deflection as a function, which is NaN where it was not found."""
     return lambda strokes, payload: corotational_deflection(strokes, payload, crane).deflection
