@@ -135,7 +135,7 @@ def for_index(
     chain
         The robot.
     index
-        An index, or the name of one.
+        An index, or the name of one, in the spatial frame as by default of :class:`dexterity.indices.Index`.
     space
         Where the network is to be used. By default the joints that the index depends on vary by 20° (0.35 m
         for prismatic joints) about the middle of their limits, and the others are held.
