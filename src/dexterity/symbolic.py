@@ -69,8 +69,8 @@ def compile_index(
     chain
         A chain, all lengths numbers.
     index
-        Name, frame, rows and limits; or a name or alias alone, such as ``"kci"``, for all that by default: the
-        spatial frame, all rows, the chain's rates. ``Index("kci", "geometric")`` is that of the tool's point.
+        Name, frame, rows and limits; or a name or alias alone, such as ``"kci"``, for all that by default:
+        the spatial frame, all rows, the chain's rates. ``Index("kci", "geometric")`` is about the tool.
     backend
         ``"torch"``: needs nothing else and runs on every device. ``"inductor"``: the same through
         ``torch.compile``, which needs a C++ compiler. ``"c"``: on the CPU, fastest for one configuration
