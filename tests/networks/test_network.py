@@ -1,6 +1,8 @@
 """What networks see of a configuration."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -163,3 +165,26 @@ def test_devices_that_differ_are_named():
         assert network([0.1] * 12).is_cpu
     finally:
         torch.set_default_device(None)
+
+
+GROWTH = """
+import resource, torch
+from dexterity import networks
+torch.set_num_threads(1)
+for kind in ("feed-forward", "radial-basis"):
+    network = networks.load_shipped(f"uvms-manipulability-{kind}")
+    q = torch.rand(200_000, 12, dtype=torch.float64) / 4
+    with torch.no_grad():
+        network(q[:20_000])
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        values = network(q)
+    growth = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / len(q)
+    assert growth <= 500, (kind, growth)
+    torch.testing.assert_close(values[::10_000], network(q[::10_000]), rtol=1e-12, atol=1e-14)
+"""
+
+
+def test_a_large_batch_takes_at_most_500_bytes_a_configuration():
+    """pinocchio#1634, curobo#625, of networks, which took 1200 and 2700."""
+    done = subprocess.run([sys.executable, "-c", GROWTH], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -89,7 +89,7 @@ def test_the_callers_array_is_never_written_to():
 
 
 def functions() -> dict:
-    arm = dx.robots.puma560()
+    arm, crane = dx.robots.puma560(), dx.crane.patu655()
     return {
         "forward": arm.forward,
         "spatial": arm.spatial_jacobian,
@@ -103,6 +103,11 @@ def functions() -> dict:
         "quaternion": lambda q: spatial.quaternion(arm.forward(q), order="xyzw"),
         "rpy": lambda q: spatial.from_rpy(spatial.rpy(arm.forward(q)), q[..., :3]),
         "nearest": lambda q: spatial.nearest_rigid(1.0001 * arm.forward(q)),
+        "normalised": lambda q: dx.indices.normalise(arm.geometric_jacobian(q), [2.0] * 6, [1.0] * 6),
+        "ellipsoid": lambda q: dx.indices.velocity_ellipsoid(arm.geometric_jacobian(q)).semi_axes,
+        "reach": lambda q: dx.workspace.reachable(q[..., :4], q[..., 3:])[..., None] * q,
+        "crane": lambda q: dx.crane.tip_position(0.3 + 0.1 * q[..., :3], crane),
+        "crane, back": lambda q: dx.crane.inverse(2 + q[..., :2], 0.5 + 0 * q[..., 0], crane).strokes,
     }
 
 

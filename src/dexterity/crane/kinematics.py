@@ -93,7 +93,7 @@ def tip_position(strokes: TensorLike, crane: Crane | None = None) -> Float64[Ten
     strokes = require_strokes(strokes)
     place = posture(strokes, crane)
     for closes, linkage, column in ((place.lift_closes, "lift", 0), (place.jib_closes, "jib", 1)):
-        if not closes.all():
+        if spatial.are_readable(closes) and not closes.all():
             stroke = strokes[..., column][~closes][0].item()
             raise ValueError(
                 f"strokes holds s{column + 1} = {stroke} m, where the {linkage} linkage cannot close"
@@ -338,6 +338,6 @@ def _elbow_up(position: Tensor, s3: Tensor, links: Linkage) -> tuple[Tensor, Ten
 
 def _require_position(position: TensorLike) -> Tensor:
     position = spatial.batch_of(position, "position", (2,))
-    if (position.abs() > FARTHEST).any():
+    if spatial.are_readable(position) and (position.abs() > FARTHEST).any():
         raise ValueError(f"position holds numbers beyond {FARTHEST:g} m")
     return position

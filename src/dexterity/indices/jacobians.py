@@ -120,9 +120,9 @@ def normalise(
         raise ValueError(f"joint_rates has shape {tuple(joint_rates.shape)}; ({J.shape[-1]},) is needed")
     if tool_rates.shape != J.shape[-2:-1]:
         raise ValueError(f"tool_rates has shape {tuple(tool_rates.shape)}; ({J.shape[-2]},) is needed")
-    if (joint_rates < 0).any():
+    if spatial.are_readable(joint_rates) and (joint_rates < 0).any():
         raise ValueError(f"joint_rates holds a negative rate: {joint_rates.tolist()}")
-    if (tool_rates <= 0).any():
+    if spatial.are_readable(tool_rates) and (tool_rates <= 0).any():
         raise ValueError(f"tool_rates must be positive: {tool_rates.tolist()}")
     return J * joint_rates / tool_rates[:, None]
 

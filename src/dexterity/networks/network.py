@@ -88,7 +88,20 @@ class View(torch.nn.Module):
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        q = spatial.require_joints(self._here(q), self.joints, "chain")
+        return self.seen(self.checked(q))
+
+    def checked(self, q: TensorLike) -> Float64[Tensor, "*batch n"]:
+        """Return joint values as a tensor if they are finite and as many as there are joints.
+
+        Raises
+        ------
+        ValueError
+            As :meth:`forward`.
+        """
+        return spatial.require_joints(self._here(q), self.joints, "chain")
+
+    def seen(self, q: Float64[Tensor, "*batch n"]) -> Float64[Tensor, "*batch r"]:
+        """Return what is seen of checked joint values."""
         seen = q[..., list(self.inputs)]
         return torch.cat([self._origin(q), seen], dim=-1) if len(self.carriers) else seen
 
@@ -182,6 +195,9 @@ class Network(torch.nn.Module, ABC):
     def forward(self, q: TensorLike) -> Tensor:
         """Value of the index as the network knows it.
 
+        Where torch is to keep nothing for a gradient, as under ``torch.no_grad()``, many configurations are
+        worked on in pieces, so that they need little memory beyond themselves.
+
         Parameters
         ----------
         q
@@ -192,7 +208,22 @@ class Network(torch.nn.Module, ABC):
         ValueError
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
-        return self.answer(self.view(q))
+        q = self.view.checked(q)
+        if not self._is_divisible(q):
+            return self.answer(self.view.seen(q))
+        pieces = q.reshape(-1, self.joints).split(_PIECE)
+        return torch.cat([self.answer(self.view.seen(piece)) for piece in pieces]).reshape(q.shape[:-1])
+
+    def _is_divisible(self, q: Tensor) -> bool:
+        """Whether pieces save memory: on the CPU, where torch neither traces nor records for gradients."""
+        if not (q.is_cpu and spatial.are_readable(q)) or q.numel() <= _PIECE * self.joints:
+            return False
+        weighed = q.requires_grad or any(parameter.requires_grad for parameter in self.parameters())
+        return not (torch.is_grad_enabled() and weighed)
+
+
+_PIECE = 8192
+"""Configurations worked on at a time."""
 
 
 def _screws(carriers: TensorLike) -> Tensor:

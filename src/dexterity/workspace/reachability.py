@@ -284,6 +284,6 @@ def one_arm(links: TensorLike) -> Tensor:
 
 def _links(links: TensorLike) -> Tensor:
     links = spatial.batch_of(links, "links", (4,))
-    if (links < 0).any():
+    if spatial.are_readable(links) and (links < 0).any():
         raise ValueError(f"links holds {links.min().item()}; lengths are at least 0")
     return links
