@@ -171,7 +171,7 @@ def test_torchs_default_device_does_not_move_a_chain():
     try:
         chain = dx.Chain.from_dh([{"a": 1}, {"a": 0.5, "kind": "prismatic"}], lower=[-1, -1])
         on_wheels = chain.on_wheels(np.eye(4)).lock(["yaw"])
-        panda = dx.robots.load("panda")
+        panda = dx.robots.build(dx.robots.describe("panda"))
     finally:
         torch.set_default_device(None)
     assert chain.forward([0.1, 0.2]).device.type == "cpu"

@@ -3,6 +3,7 @@
 import importlib
 import importlib.metadata
 import math
+import shutil
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from numpy.testing import assert_allclose
 from torch.testing import assert_close
 
 import dexterity as dx
-from dexterity import spatial
+from dexterity import robots, spatial, store
 
 NEW = ("panda", "ur5e", "iiwa14", "oberon7", "reach_alpha5", "reach_bravo7", "bluerov2", "girona500")
 HEAVY = ("panda", "ur5e", "iiwa14")
@@ -277,3 +278,17 @@ def test_a_wrong_type_is_refused_by_the_name_of_the_argument(call, argument):
 def test_links_are_chosen_in_urdfs_alone():
     with pytest.raises(ValueError, match=r"^base and tip are links of a URDF; 'panda' is none"):
         dx.robots.load("panda", tip="panda_link8")
+
+
+def test_a_robot_is_built_once_until_its_file_changes(tmp_path, monkeypatch):
+    shutil.copytree(store.data_path("robots"), tmp_path / "robots")
+    monkeypatch.setattr(store, "data_path", lambda *parts: tmp_path.joinpath(*parts))
+    carried, panda = robots.load("bluerov2"), robots.panda()
+    assert robots.load("bluerov2") is robots.bluerov2() is carried
+    file = tmp_path / "robots" / "reach_alpha5.toml"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("0.0462", "0.0562"), encoding="utf-8")
+    assert not torch.equal(robots.load("bluerov2").home, carried.home)
+    assert robots.load("panda") is panda
+    file.write_text(text, encoding="utf-8")
+    assert torch.equal(robots.load("bluerov2").home, carried.home)
