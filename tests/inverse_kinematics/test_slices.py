@@ -90,7 +90,7 @@ def test_what_it_says_and_shapes():
     ("options", "error", "message"),
     [
         ({"locked": {"joint 9": 0.0}}, ValueError, "locked is 'joint 9'"),
-        ({"locked": {"joint 7": 9.0}}, ValueError, r"joints\['joint 7'\] is 9"),
+        ({"locked": {"joint 7": 9.0}}, ValueError, r"locked\['joint 7'\] is 9"),
         ({"locked": {"joint 7": math.nan}}, ValueError, r"locked\['joint 7'\] is not finite"),
         ({"locked": {"joint 7": []}}, ValueError, r"locked\['joint 7'\] has shape \(0,\)"),
         ({"locked": {"joint 7": torch.zeros(10_001)}}, ValueError, "locked makes 10001 slices"),

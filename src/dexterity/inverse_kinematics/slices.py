@@ -37,6 +37,7 @@ from dexterity.chain import Chain
 from dexterity.inverse_kinematics.branches import Form
 from dexterity.inverse_kinematics.closed_forms import form_of, reasons
 from dexterity.spatial import TensorLike
+from dexterity.spatial.tolerances import LIMIT
 
 __all__ = ["Locked", "branches_of_slices", "locked_values", "slices"]
 
@@ -104,6 +105,12 @@ def locked_values(chain: Chain, locked: Mapping[str, TensorLike]) -> Locked:
         row = spatial.to_float64(values, f"locked[{name!r}]").detach().cpu()
         if row.ndim > 1 or not row.numel():
             raise ValueError(f"locked[{name!r}] has shape {tuple(row.shape)}; one value or a row is needed")
+        i = chain.joint_names.index(name)
+        low, high = float(chain.lower[i]), float(chain.upper[i])
+        if (row < low - LIMIT).any() or (row > high + LIMIT).any():
+            raise ValueError(
+                f"locked[{name!r}] is {row.tolist()}; the joint's limits are {low:g} and {high:g}"
+            )
         held[name] = row.reshape(-1).clone()
     if (count := math.prod(len(values) for values in held.values())) > _MOST:
         raise ValueError(f"locked makes {count} slices; {_MOST} are the most")

@@ -251,7 +251,9 @@ class _Turns:
         wider = getattr(find, "limit_tolerance", LIMIT)
         self._lower, self._upper = chain.lower - wider, chain.upper + wider
         self._revolute = torch.tensor([kind == "revolute" for kind in chain.kinds])
-        self.endless = self._revolute & (chain.upper - chain.lower >= (poses - 1) * step + math.tau)
+        # From pose to pose such a joint takes the nearest copy, at most half a turn away.
+        extent = (poses - 1) * step.clamp(max=math.pi)
+        self.endless = self._revolute & (self._upper - self._lower >= extent + math.tau)
 
     def copies(self, q: Tensor) -> Tensor:
         """Return all copies (m, n) of configurations (c, n) that count."""
@@ -276,8 +278,8 @@ class _Turns:
         low, high = q.amin(0), q.amax(0)
         turns = torch.round((middle_of_limits(self._chain) - (low + high) / 2) / math.tau)
         # Beside a limit that stands alone, the middle may be too near to it.
-        up = torch.ceil((self._chain.lower - low) / math.tau - turns).clamp(min=0)
-        down = torch.floor((self._chain.upper - high) / math.tau - turns).clamp(max=0)
+        up = torch.ceil((self._lower - low) / math.tau - turns).clamp(min=0)
+        down = torch.floor((self._upper - high) / math.tau - turns).clamp(max=0)
         return torch.where(self.endless, q + math.tau * (turns + up + down), q)
 
 

@@ -49,7 +49,10 @@ class Judge:
 
     def __init__(self, chain: Chain, index: IndexLike) -> None:
         if isinstance(index, str):
-            index = Index(index, "geometric")
+            try:
+                index = Index(index, "geometric")
+            except ValueError as error:
+                raise ValueError(f"index is {index!r}, which cannot be taken: {error}") from error
         if isinstance(index, Index):
             require_not_zero_everywhere(index, chain)
         elif index is not None and not callable(index):
