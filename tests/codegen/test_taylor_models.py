@@ -128,6 +128,16 @@ def test_functions_of_the_c_library_err_by_less_than_is_taken_on_trust() -> None
                 assert abs(exact(mpmath.mpf(x)) - value) <= 16 * np.spacing(abs(value))
 
 
+def test_parameters_are_numbers_of_a_box() -> None:
+    models = TaylorModels(program(X * Y - X, inputs=(X, Y)), degree=2, parameters=1)
+    model = models.on([1], [3], given=[1.5])
+    np.testing.assert_allclose(model.coefficients, [1.0, 0.5, 0.0], atol=model.remainder)
+    assert model.powers == ((0,), (1,), (2,))
+    assert models.prove([1], [3], 1.6, given=[1.5]).tree.tolist() == [LEAF]
+    with pytest.raises(ValueError, match=r"given is .*; 1 finite"):
+        models.on([1], [3])
+
+
 # ---- proofs ----
 
 HUMP = program(X - X**2 + Y / 4 - Y**2 / 4, inputs=(X, Y))

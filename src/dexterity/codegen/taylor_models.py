@@ -110,6 +110,8 @@ class TaylorModels:
         tangents, and magnitudes and choices whose sign the box decides.
     degree
         Of the polynomials, in all inputs together.
+    parameters
+        How many of the program's last inputs are numbers that a box brings along and that do not vary in it.
 
     Raises
     ------
@@ -117,8 +119,9 @@ class TaylorModels:
         If the program has several outputs or steps of another kind, or the polynomials have too many terms.
     """
 
-    def __init__(self, program: Program, degree: int = 5) -> None:
+    def __init__(self, program: Program, degree: int = 5, parameters: int = 0) -> None:
         self.program = program
+        self.parameters = checks.whole(parameters, "parameters", least=0)
         self.degree = checks.whole(degree, "degree", least=1)
         if len(program.outputs) != 1:
             raise ValueError(f"program has {len(program.outputs)} outputs; one is needed")
@@ -132,29 +135,32 @@ class TaylorModels:
                 f"degree is {degree} for {self.inputs} inputs; polynomials in 1 to 16 inputs of at most "
                 f"{MOST_TERMS} terms and degree 10 are needed"
             )
-        self.source = _source(program, self.degree)
+        self.source = _source(program, self.inputs, self.degree)
 
     @property
     def inputs(self) -> int:
-        """Number n of inputs."""
-        return len(self.program.inputs)
+        """Number n of inputs that vary."""
+        return len(self.program.inputs) - self.parameters
 
     @cached_property
     def _library(self) -> ctypes.CDLL:
         return compiled_library(self.source)
 
-    def on(self, lower: ArrayLike, upper: ArrayLike) -> TaylorModel:
-        """Return the model on the box between two corners (n).
+    def on(self, lower: ArrayLike, upper: ArrayLike, given: Sequence[float] | np.ndarray = ()) -> TaylorModel:
+        """Return the model on the box between two corners (n), with the values of the parameters.
 
         Raises
         ------
         ValueError
-            If the corners are no finite numbers in order.
+            If the corners are no finite numbers in order, or the parameters are not as many finite numbers.
         """
         low, high = self._corners(lower, upper)
+        numbers = self._numbers(given, "given", self.parameters)
         powers = _monomials(self.inputs, self.degree)
         coefficients, remainder = np.empty(len(powers)), ctypes.c_double()
-        self._call("taylor_model", _at(low), _at(high), _at(coefficients), ctypes.byref(remainder))
+        self._call(
+            "taylor_model", _at(low), _at(high), _at(numbers), _at(coefficients), ctypes.byref(remainder)
+        )
         return TaylorModel(tuple(powers), coefficients, remainder.value)
 
     def prove(
@@ -165,6 +171,7 @@ class TaylorModels:
         boxes: int = 1000,
         budget: int = 300,
         stop: ctypes.c_int | None = None,
+        given: Sequence[float] | np.ndarray = (),
     ) -> Proof:
         """Bisect a box until the magnitude of the output is shown to be at most `wanted` in all parts.
 
@@ -182,13 +189,17 @@ class TaylorModels:
             Bisections of a model's polynomial, before the box is halved instead.
         stop
             Set to another value than 0 from elsewhere, it ends the work; what is left stays open.
+        given
+            Values of the parameters.
 
         Raises
         ------
         ValueError
-            If the corners are no finite numbers in order, or a number is not positive.
+            If the corners are no finite numbers in order, the parameters are not as many finite numbers, or a
+            number is not positive.
         """
         low, high = self._corners(lower, upper)
+        numbers = self._numbers(given, "given", self.parameters)
         boxes = checks.whole(boxes, "boxes", least=1)
         budget = checks.whole(budget, "budget", least=0)
         wanted = checks.real(wanted, "wanted", above=0)
@@ -196,7 +207,7 @@ class TaylorModels:
         tree, bounds = np.empty(2 * boxes + 1, np.uint8), np.empty(2 * boxes + 1)
         length, reached = ctypes.c_long(), ctypes.c_double()
         self._call(
-            "taylor_prove", _at(low), _at(high), ctypes.c_double(wanted), ctypes.c_long(boxes),
+            "taylor_prove", _at(low), _at(high), _at(numbers), ctypes.c_double(wanted), ctypes.c_long(boxes),
             ctypes.c_long(budget), ctypes.byref(stop), _at(tree), _at(bounds), ctypes.byref(length),
             ctypes.byref(reached),
         )  # fmt: skip
@@ -207,17 +218,20 @@ class TaylorModels:
             raise MemoryError(f"{name} found no memory")
 
     def _corners(self, lower: ArrayLike, upper: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        corners = []
-        for name, corner in (("lower", lower), ("upper", upper)):
-            corner = np.array(corner, dtype=np.float64)
-            if corner.shape != (self.inputs,) or not np.isfinite(corner).all():
-                raise ValueError(f"{name} is {corner}; {self.inputs} finite numbers are needed")
-            corners.append(corner)
+        corners = [
+            self._numbers(corner, name, self.inputs) for name, corner in (("lower", lower), ("upper", upper))
+        ]
         if not (corners[0] <= corners[1]).all():
             raise ValueError(
                 f"lower is {corners[0]} and upper {corners[1]}; lower ones may not exceed upper ones"
             )
         return corners[0], corners[1]
+
+    def _numbers(self, values: ArrayLike | Sequence[float], name: str, count: int) -> np.ndarray:
+        numbers = np.array(values, dtype=np.float64)
+        if numbers.shape != (count,) or not np.isfinite(numbers).all():
+            raise ValueError(f"{name} is {numbers}; {count} finite numbers are needed")
+        return numbers
 
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:
@@ -313,10 +327,10 @@ def _nested(rows: Iterable[Iterable[Any]]) -> str:
 # ---- steps ----
 
 
-def _source(program: Program, degree: int) -> str:
-    writer = _Writer(program)
+def _source(program: Program, inputs: int, degree: int) -> str:
+    writer = _Writer(program, inputs)
     return template("taylor_models.c.in").substitute(
-        _tables(len(program.inputs), degree), steps="\n".join(writer.lines), slots=writer.slots
+        _tables(inputs, degree), steps="\n".join(writer.lines), slots=writer.slots
     )
 
 
@@ -333,7 +347,7 @@ _SCRATCH = 2
 class _Writer:
     """Writes the steps of a program as calls; a slot is used again when its symbol is needed no more."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, inputs: int) -> None:
         self.lines: list[str] = []
         self.slots = _SCRATCH
         self._free: list[int] = []
@@ -346,7 +360,9 @@ class _Writer:
         for i, symbol in enumerate(program.inputs):
             if symbol in self._last:
                 self._slots[symbol] = self._new()
-                self._line(f"variable(s + {self._slots[symbol]}, {i}, centre, half)")
+                varies = f"variable(s + {self._slots[symbol]}, {i}, centre, half)"
+                given = f"exactly(s + {self._slots[symbol]}, given[{i - inputs}])"
+                self._line(varies if i < inputs else given)
         for i, (symbol, expression) in enumerate(program.steps):
             slot = self._written(expression)
             for used in expression.free_symbols:
