@@ -1,4 +1,7 @@
-"""Executed notebooks that the pages offer: one for each page with code, and all of them in one archive."""
+"""Executed notebooks that the pages offer: one for each page with code, and all of them in one archive.
+
+What MyST-NB#124, sphinx-book-theme#639, #918 and nbsphinx#548 ask for.
+"""
 
 import re
 import zipfile

@@ -1,4 +1,7 @@
-"""Every page in a real browser, from a file and from a server, light and dark, at desktop and phone width."""
+"""Every page in a real browser, from a file and from a server, light and dark, at desktop and phone width.
+
+From a file and without a network: jupyter-book#1003, #2630, bookdown#353, drake#18342.
+"""
 
 from urllib.parse import unquote, urlsplit
 

@@ -72,6 +72,48 @@ def test_the_planar_jacobian_of_pinocchio_1222():
     assert_allclose(J, [[-root, -1 / root], [root, 1 / root]], atol=1e-15)
 
 
+PLANAR = ("vx", "vy", "wz")
+
+
+@pytest.mark.parametrize(
+    ("arm", "rows", "value"),
+    [
+        ([0.7, 0.4], ("vx", "vy"), lambda q: 0.7 * 0.4 * abs(math.sin(q[1]))),
+        ([0.7, 0.4, 0.2], PLANAR, lambda q: 0.7 * 0.4 * abs(math.sin(q[1]))),
+        ([0.3], ("vy",), lambda q: 0.3 * abs(math.cos(q[0]))),
+    ],
+    ids=["2R", "3R with its angle", "1R"],
+)
+def test_planar_arms_have_their_closed_forms(rng, arm, rows, value):
+    """moveit_core#164, #200, moveit2#3411: fewer joints than six, and a w that is neither zero nor NaN."""
+    chain = dx.Chain.from_dh([{"a": length} for length in arm])
+    index = Index("w", "geometric", rows=rows)
+    q = rng.uniform(-3, 3, (20, len(arm)))
+    expected = [value(row) for row in q]
+    assert_allclose(index.bind(chain)(q), expected, rtol=1e-12, atol=1e-15)
+    assert_allclose(
+        dx.symbolic.compile_index(chain, index, backend="torch")(q), expected, rtol=1e-12, atol=1e-15
+    )
+
+
+@pytest.mark.parametrize("joints", [4, 5, 9])
+@pytest.mark.parametrize("rows", ["translational", "rotational", ("wz", "vx"), "full"], ids=str)
+def test_any_number_of_joints_serves_any_rows(rng, joints, rows):
+    """reach#29, #31, pink#185, roboplan#239: numpy's singular values, with fewer and with more than six."""
+    dh = [dict(zip(("d", "a", "alpha"), rng.uniform(-1, 1, 3), strict=True)) for _ in range(joints)]
+    chain, index = dx.Chain.from_dh(dh), Index("w", "geometric", rows=rows)
+    q = rng.uniform(-2, 2, (10, joints))
+    J = chain.geometric_jacobian(q).numpy()[:, index.row_numbers]
+    if joints < len(index.row_numbers):
+        assert (index.bind(chain)(q) == 0).all()
+        with pytest.raises(ValueError, match="zero everywhere"):
+            dx.symbolic.compile_index(chain, index, backend="torch")
+        return
+    expected = np.linalg.svd(J, compute_uv=False).prod(-1)
+    assert_allclose(index.bind(chain)(q), expected, rtol=1e-11)
+    assert_allclose(dx.symbolic.compile_index(chain, index, backend="torch")(q), expected, rtol=1e-9)
+
+
 # ---- rows ------------------------------------------------------------------------------------------
 
 

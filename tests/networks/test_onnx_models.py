@@ -22,6 +22,7 @@ def session(model):
 @pytest.mark.parametrize("rows", [0, 1, 1000])
 @pytest.mark.parametrize("network", NETWORKS.values(), ids=NETWORKS)
 def test_batches_of_any_size_agree_with_the_network(rng, network, rows):
+    """onnxruntime#2874 (an operator missing in double), pytorch#157621 (a frozen batch), mmpretrain#1273."""
     q = random_configurations(rng, rows)
     (values,) = session(onnx_models.onnx_model(network)).run(None, {"q": q.numpy()})
     assert values.shape == (rows,)
@@ -36,6 +37,14 @@ def test_the_single_precision_form_takes_and_returns_single_precision(rng, netwo
     assert values.dtype == np.float32
     bound = 20 * rounding(network, q).amplification * np.finfo(np.float32).eps
     np.testing.assert_allclose(values, network(q).detach().numpy(), rtol=bound)
+
+
+def test_a_model_of_one_precision_refuses_the_other(rng):
+    """onnxruntime#2874: nothing is rounded in silence; the error says which type is expected."""
+    network, q = next(iter(NETWORKS.values())), random_configurations(rng, 3)
+    for precision, rows in (("double", q.float()), ("float", q)):
+        with pytest.raises(Exception, match=r"(?i)unexpected input data type"):
+            session(onnx_models.onnx_model(network, precision)).run(None, {"q": rows.numpy()})
 
 
 def eigenvalue_session(dtype):

@@ -1,6 +1,8 @@
 """Throw-away books: what is executed when, what a failure says, and how a build goes on after a kill."""
 
+import json
 import signal
+import sys
 from pathlib import Path
 
 import nbformat
@@ -78,6 +80,7 @@ def book(tmp_path: Path) -> Book:
 
 
 def test_only_an_edited_cell_is_executed_again(book: Book, capsys: pytest.CaptureFixture[str]) -> None:
+    """jupyter-book#1633, MyST-NB#621, lecture-python-advanced.myst#346: outputs of a changed source."""
     assert book.execute() == 0
     assert book.executed() == ["one", "two"]
     assert "2 of 2" in capsys.readouterr().out
@@ -136,6 +139,7 @@ def test_failing_cell_is_reported(
 
 
 def test_silent_cell_counts_as_hung(book: Book, capsys: pytest.CaptureFixture[str]) -> None:
+    """No clock decides about a cell that works: jupyter-book#613, #945, d2l-book#16, agu24workshop#27."""
     book.write("one", "# One\n\n```{code-cell}\nimport time\ntime.sleep(600)\n```\n")
     # Computing all the time and telling something from time to time are both progress.
     busy = "import time\nend = time.monotonic() + 4\nwhile time.monotonic() < end: pass"
@@ -176,3 +180,15 @@ def test_stopped_build_goes_on_where_it_was(book: Book, tmp_path: Path, stop: si
         file.unlink()
     assert book.execute() == 0
     assert book.notebooks() == after
+
+
+def test_the_kernel_is_the_environments_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """jupyter-book#1126, #1291, #2140: a kernel of the user's, whose interpreter is gone, was started."""
+    folder = tmp_path / "kernels" / "python3"
+    folder.mkdir(parents=True)
+    command = ["/gone/bin/python", "-m", "ipykernel_launcher", "-f", "{connection_file}"]
+    foreign = {"argv": command, "display_name": "Python 3", "language": "python"}
+    (folder / "kernel.json").write_text(json.dumps(foreign), encoding="utf-8")
+    monkeypatch.setenv("JUPYTER_DATA_DIR", str(tmp_path))
+    manager = Execution(nbformat.v4.new_notebook(), hung_after=60).create_kernel_manager()
+    assert manager.format_kernel_cmd()[0] == sys.executable
