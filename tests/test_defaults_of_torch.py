@@ -93,3 +93,9 @@ def test_torch_compiles_as_many_indices_as_there_are():
     # Apart from the tests' checks of types, which torch does not trace.
     ended, printed = WarmProcess(MANY).end()
     assert ended == 0, printed[-2000:]
+
+
+def test_drawing_points_changes_no_default_of_the_process(monkeypatch):
+    """Another thread would see it."""
+    monkeypatch.setattr(torch, "set_default_dtype", None)
+    assert sobol.points(3, 4, seed=1).dtype == torch.float64

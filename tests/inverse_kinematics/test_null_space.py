@@ -181,6 +181,7 @@ def test_a_chain_without_redundancy_does_not_move():
         ({"q": [0.0] * 6}, r"^q has shape \(6,\)"),
         ({"pose": np.ones((4, 4))}, "^pose is not a rigid-body pose"),
         ({"rows": "some"}, "^rows is 'some'"),
+        ({"frame": "spatial"}, "^frame is 'spatial'"),
         ({"weights": [1.0] * 6}, r"^weights has shape \(6,\)"),
     ],
 )
@@ -201,3 +202,17 @@ def test_a_name_is_no_objective_and_the_error_says_what_is(annotations_unchecked
 def test_a_start_beyond_the_limits_is_refused_by_its_joints():
     with pytest.raises(ValueError, match=r"beyond the limits of the chain at joint 2, joint 4; "):
         null_space_step(PANDA, [0, 3.0, 0, 0, 0, 1.6, 0.8], dx.Index("w", "geometric"))
+
+
+def test_rows_are_held_along_the_axes_of_the_world():
+    """A glass that is carried: its height and its tilt are held, and its heading and its place are free."""
+    panda = dx.robots.panda()
+    q = torch.tensor([0.5, -0.7, 0.6, -2.3, 0.3, 1.7, 0.5], dtype=torch.float64)
+    T, w = panda.forward(q), dx.Index("manipulability", "geometric").bind(panda)
+    moved = dx.inverse_kinematics.null_space_step(
+        panda, q, w, gain=0.05, rows=("vz", "wx", "wy"), frame="geometric"
+    )
+    away = panda.forward(moved)
+    assert w(moved) > w(q)
+    assert (away[2] - T[2]).abs().max() < 1e-8
+    assert (away[:2] - T[:2]).abs().max() > 1e-3
