@@ -231,7 +231,7 @@ def test_a_robot_is_loaded_by_name_from_a_urdf_and_from_a_file(tmp_path):
         (("pandas",), ValueError, "name_or_path is 'pandas'; did you mean 'panda'"),
         ((3,), TypeError, "name_or_path is 3"),
         ((None,), TypeError, "name_or_path is None"),
-        (("arm.stl",), ValueError, r"name_or_path is 'arm.stl'; a file that ends in .urdf or .toml"),
+        (("arm.stl",), ValueError, r"name_or_path is 'arm.stl'; a file that ends in .urdf, .toml or .csv"),
         ((Path("panda"),), ValueError, "name_or_path is 'panda'; a file that ends in"),
         (("nowhere.urdf",), FileNotFoundError, "there is no URDF file nowhere.urdf"),
         (("nowhere.toml",), FileNotFoundError, ".*nowhere.toml"),
