@@ -16,7 +16,7 @@ networks.validation.AcceptanceBias networks.validation.ErrorDistribution network
 operations.Operations reach.Path reach.Placement reach.Placements robots.Description robots.Vehicle
 sampling.DataSets scenes.Body scenes.Slider search.Extreme search.Extremes search.GeneticSearch
 search.ZoomSearch symbolic.Derivation symbolic.SymbolicChain tasks.Effect tasks.Ranking timing.Machine
-timing.Ratio timing.Timing timing.Way urdf.Model urdf.SerialPath workspace.compiled.Solution
+timing.Ratio timing.Way urdf.Model urdf.SerialPath workspace.compiled.Solution
 workspace.dataset.ConfidenceData workspace.dataset.JacobianData workspace.dataset.Samples
 workspace.dataset.Scaling workspace.dynamics.DynamicParameters workspace.export.Confidence
 workspace.export.Layer workspace.jacobian_net.Estimate workspace.maps.Map workspace.maps.Reply

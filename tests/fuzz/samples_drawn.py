@@ -181,6 +181,7 @@ SAMPLES: dict[str, Arguments] = {
     "scenes.side_by_side": of(scenes=scene),
     "scenes.standalone": of(shown="<p>So.</p>"),
     # ---- timing ----
+    "timing.Timing": of(name="exact", configurations=1, lower=1.0, median=2.0, upper=3.0),
     "timing.Timing.from_times": of(name="exact", configurations=1, times=(1.0, 2.0, 3.0)),
     "timing.conditions": of(distributions="numpy"),
     "timing.versions": of(distributions="numpy"),
