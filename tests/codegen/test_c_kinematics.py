@@ -125,11 +125,11 @@ def test_files_compile_without_warnings_also_as_cpp(tmp_path, compiler, precisio
         subprocess.run([compiler, *warnings, *language, paths[0]], check=True)
 
 
+@pytest.mark.usefixtures("annotations_unchecked")
 def test_a_chain_with_open_lengths_and_a_wrong_subject_are_refused():
     chain = SymbolicChain.from_description(robots.describe("docking_arm"))
     with pytest.raises(ValueError, match=r"^docking_arm has lengths without a value"):
         dx.codegen.c_files(chain)
-    # In tests annotations are checked first, with other words.
     with pytest.raises(TypeError, match=r"^subject is .* dexterity.symbolic.derive\(chain, index\)"):
         dx.codegen.c_files("puma")
     with pytest.raises((TypeError, ValueError), match="precision"):

@@ -31,7 +31,8 @@ ENTRIES = {
         chain.Inertias.merged chain.Inertias.moved codegen.tape.Tape.apply codegen.tape.Tape.constant
         codegen.tape.Tape.input codegen.tape.Tape.solve codegen.tape.Tape.value crane.shape.displacements
         docking.Docking.at indices.Closed.too_large networks.FeedForward.answer networks.Network.answer
-        networks.RadialBasis.answer networks.RadialBasis.hidden networks.normal_equations.Layout.layers
+        networks.View.checked networks.View.seen networks.RadialBasis.answer networks.RadialBasis.hidden
+        networks.normal_equations.Layout.layers
         networks.normal_equations.Layout.of networks.normal_equations.Layout.pack
         networks.normal_equations.Layout.unpacked networks.normal_equations.TrainingSet.of
         networks.normal_equations.TrainingSet.pieces networks.normal_equations.normal_equations

@@ -124,7 +124,7 @@ def test_bad_training_sets(rng, annotations_unchecked):
         (0, q, y, "identity", "neurons is 0"),
         (3, q, y, "square", "readout is 'square'"),
         (3, q[:0], y[:0], "identity", "rows"),
-        (3, q, y[:5], "identity", "10,.* and 5 rows"),
+        (3, q, y[:5], "identity", r"q has shape \(10,.*values \(5,"),
         (3, still, y, "identity", r"inputs \[1\] of the network do not vary"),
         (3, q, np.ones(10), "identity", "nothing to learn"),
         (3, q, -y, "logarithm", "needs positive"),

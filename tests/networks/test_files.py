@@ -192,7 +192,7 @@ def test_a_later_format_is_refused(tmp_path, content):
         ({"options": {}}, "holds no network that can be built"),
         ({"options": {"readout": "square"}}, "holds no network that can be built: readout is 'square'"),
         ({"joints": "twelve"}, "holds no network that can be built"),
-        ({"card": [1]}, "holds no network that can be built: card is a list"),
+        ({"card": [1]}, "holds no network that can be built: entries of a card are [1]"),
     ],
     ids=["format", "kind", "inputs", "no readout", "readout", "joints", "card"],
 )
@@ -302,7 +302,7 @@ def test_what_is_no_file_is_refused(tmp_path):
         load(tmp_path / "pipe")
     with (tmp_path / "huge").open("wb") as file:
         file.truncate(1 << 40)
-    with pytest.raises(NetworkFileError, match="are the most"):
+    with pytest.raises(NetworkFileError, match=r"at most .* are read"):
         load(tmp_path / "huge")
 
 

@@ -93,7 +93,7 @@ def test_a_network_whose_answers_are_rounding_is_not_taken(monkeypatch):
         ({"sizes": ()}, "sizes is"),
         ({"sizes": (3, 2)}, "sizes is"),
         ({"sizes": (2.5,)}, r"sizes\[0\] is 2\.5"),
-        ({"readouts": ("square",)}, "readouts is 'square'"),
+        ({"readouts": ("square",)}, r"readouts\[0\] is 'square'"),
         ({"readouts": ()}, "readouts is empty"),
         ({"rows": math.nan}, "rows is nan"),
         ({"epochs": math.inf}, "epochs is inf"),

@@ -157,7 +157,7 @@ def test_an_arm_that_is_none_is_named(links, message):
 
 @pytest.mark.parametrize("outputs", [(), ("torque",)])
 def test_unknown_outputs_are_named(outputs):
-    with pytest.raises(ValueError, match="cosines, sines, jacobian, manipulability are needed"):
+    with pytest.raises(ValueError, match=r"cosines, sines, jacobian, manipulability (are|is) needed"):
         compiled.c_source(outputs=outputs)
 
 

@@ -53,7 +53,7 @@ class Card(Mapping[str, Any]):
 
     def __init__(self, entries: Mapping[str, Any] | None = None) -> None:
         if entries is not None and not isinstance(entries, Mapping):
-            raise TypeError(f"entries is {checks.shown(entries)}; a mapping is needed")
+            raise TypeError(f"entries of a card are {checks.shown(entries)}; a mapping is needed")
         try:
             self._entries: dict[str, Any] = _copied(dict(entries or {}), "card")
             json.dumps(self._entries, ensure_ascii=False).encode()

@@ -53,7 +53,6 @@ def javascript_module(guarded: Guarded) -> str:
     return _module(program, box, [k for k, fixed in enumerate(held) if fixed and k not in seen])
 
 
-@checks.arguments(space=checks.Instance((Box, TaskSector)))
 def space_module(space: Space) -> str:
     """Return an ECMAScript module that tests whether a space contains a configuration.
 
@@ -67,7 +66,6 @@ def space_module(space: Space) -> str:
     return _module(*coordinates(space), free=[])
 
 
-@checks.arguments(space=checks.Instance((Box, TaskSector)))
 def coordinates(space: Space) -> tuple[Program, Box]:
     """Return the coordinates of a space as a program of the joint values, and the limits of all of them.
 
@@ -79,11 +77,11 @@ def coordinates(space: Space) -> tuple[Program, Box]:
     TypeError
         If the space is neither a box nor a sector about a task point.
     """
+    if not isinstance(space, Box | TaskSector):
+        raise TypeError(f"space is a {type(space).__name__}; Box and TaskSector can be exported")
     q = sympy.symbols(f"q1:{space.joints + 1}", real=True)
     if isinstance(space, Box):
         return Program(q, (), q), space
-    if not isinstance(space, TaskSector):
-        raise TypeError(f"space is a {type(space).__name__}; Box and TaskSector can be exported")
     record = Recorder()
     offset = _offset(record, space, q[3:6])
     x, y, z = (

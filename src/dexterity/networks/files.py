@@ -83,7 +83,7 @@ def save(network: Network, path: str | os.PathLike[str], card: Mapping[str, Any]
 
 
 @torch.inference_mode(False)  # its weights serve in every mode
-@checks.arguments(path=checks.path)
+@checks.arguments(path=checks.Instance((str, os.PathLike)))
 def load(path: str | os.PathLike[str]) -> Network:
     """Return the network of a file, with its card.
 
