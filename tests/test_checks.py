@@ -181,3 +181,49 @@ def test_a_whole_number_beyond_64_bits_is_refused(value):
 @pytest.mark.parametrize("wrap", [lambda x: x, lambda x: [x], lambda x: {"a": x}, lambda x: (1, {2: [x]})])
 def test_an_error_shows_any_number_however_deep_it_stands(wrap):
     assert "a whole number of 16610 bits" in checks.shown(wrap(10**5000))
+
+
+# ---- several values, paths, arguments of a function --------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("check", "value", "error", "message"),
+    [
+        (checks.Each(checks.Whole(1)), (1, 0), ValueError, r"^n\[1\] is 0; a whole number of at least 1"),
+        (checks.Each(checks.Whole(1)), "12", TypeError, r"^n is '12'; a sequence is needed"),
+        (checks.Each(checks.Whole(1)), 3, TypeError, r"^n is 3; a sequence is needed"),
+        (checks.Named(checks.Whole(1)), {"a": 0}, ValueError, r"^n\['a'\] is 0"),
+        (checks.Named(checks.Whole(1)), {1: 1}, TypeError, r"^n is \{1: 1\}; a mapping from texts"),
+        (checks.path, "a\0b", ValueError, "^n is .*; a path is needed"),
+        (checks.path, "", ValueError, "^n is ''; a path is needed"),
+        (checks.path, b"a", TypeError, "^n is b'a'; a path is needed"),
+    ],
+)
+def test_sequences_mappings_and_paths_are_checked(check, value, error, message):
+    with pytest.raises(error, match=message):
+        check(value, "n")
+
+
+def test_what_is_good_comes_back_plain():
+    assert checks.Each(checks.Whole(1))([np.int64(1), 2], "n") == (1, 2)
+    assert checks.Named(checks.Whole(1))({"a": np.int64(1)}, "n") == {"a": 1}
+    assert checks.path("a/b", "n") == "a/b"
+
+
+def test_declared_arguments_are_checked_wherever_they_stand():
+    @checks.arguments(count=checks.Whole(1), rest=checks.Each(checks.Whole()))
+    def repeated(text, count=1, *rest):
+        return text * count, rest
+
+    assert repeated("a") == ("a", ())
+    assert repeated("a", np.int64(2), 3) == ("aa", (3,))
+    with pytest.raises(ValueError, match=r"^count is 0"):
+        repeated("a", count=0)
+    with pytest.raises(TypeError, match=r"^rest\[0\] is 'x'"):
+        repeated("a", 1, "x")
+
+
+def test_the_hint_knows_no_case_and_lists_all():
+    assert checks.hint("y_mb", ["y_MB", "l1"]) == "did you mean 'y_MB'? One of y_MB, l1 is needed"
+    assert checks.hint("?", ["y_MB"], ["some"]) == "one of some is needed"
+    assert checks.hint("?", []) == "one of (there are none) is needed"
