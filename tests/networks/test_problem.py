@@ -39,8 +39,6 @@ def test_the_error_is_the_largest_relative_one():
     [
         ({"q": torch.zeros(0, 3).double(), "values": torch.zeros(0).double()}, r"q has shape \(0, 3\)"),
         ({"q": torch.zeros(20, 4).double(), "values": torch.ones(20).double()}, r"q has shape \(20, 4\)"),
-        ({"values": DATA.train.values * np.nan, "q": DATA.train.q}, "values is not finite"),
-        ({"q": DATA.train.q / 0, "values": DATA.train.values}, "q is not finite"),
     ],
 )
 def test_broken_data_are_refused(name, change, message):
@@ -48,10 +46,27 @@ def test_broken_data_are_refused(name, change, message):
         DesignProblem(VIEW, with_set(name, **change))
 
 
-def test_another_number_of_values_than_configurations_is_refused(annotations_unchecked):
-    for name in ("train", "test", "validation"):
-        with pytest.raises(ValueError, match=rf"^{name}\.values has shape \(7,\)"):
-            DesignProblem(VIEW, with_set(name, values=torch.ones(7).double()))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"values": DATA.train.values * np.nan}, "values is not finite"),
+        ({"q": DATA.train.q / 0}, "q is not finite"),
+        ({"values": torch.ones(7).double()}, "values holds 7 numbers; q has"),
+        ({"q": torch.ones(7).double()}, r"q has shape \(7,\)"),
+        ({"values": DATA.train.q}, "values has shape"),
+    ],
+)
+def test_a_data_set_that_is_none_is_refused(annotations_unchecked, change, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        dataclasses.replace(DATA.train, **change)
+
+
+def test_a_data_set_does_not_change_with_the_arrays_it_was_made_of():
+    q, values = DATA.train.q.clone(), DATA.train.values.clone()
+    kept = DataSet(q, values)
+    q.zero_(), values.zero_()
+    assert torch.equal(kept.q, DATA.train.q)
+    assert torch.equal(kept.values, DATA.train.values)
 
 
 def test_values_of_zero_have_no_relative_error():
