@@ -61,5 +61,5 @@ def test_no_seeds_and_a_wrong_number_of_training_sets_are_refused():
     q, values = rows(40, 0)
     with pytest.raises(ValueError, match="seeds is empty"):
         train.for_seeds(VIEW, 4, q, values, ())
-    with pytest.raises(ValueError, match="one for each seed"):
+    with pytest.raises(ValueError, match="one for each of 2 seeds"):
         train.for_seeds(VIEW, 4, q[None], values[None], (0, 1))

@@ -213,7 +213,7 @@ def test_after_ctrl_c_the_finished_part_is_kept_and_can_be_gone_on_from(exact, m
         ({"starts": 0, "method": "search"}, ValueError, "starts is 0"),
         ({"starts": math.nan, "method": "search"}, TypeError, "starts is nan"),
         ({"draws": 2.5, "method": "sampling"}, TypeError, "draws is 2.5"),
-        ({"cell": (0.0, 0.1), "method": "sampling"}, ValueError, "cell is 0"),
+        ({"cell": (0.0, 0.1), "method": "sampling"}, ValueError, r"cell\[0\] is 0"),
         ({"positions": [[0.0, 0, 0]], "method": "sampling"}, ValueError, "positions holds one"),
         ({"threads": 0}, ValueError, "threads is 0"),
         ({"limit_tolerance": -1.0}, ValueError, "limit_tolerance is -1"),

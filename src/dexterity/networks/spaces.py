@@ -34,7 +34,6 @@ def to_card(space: Space) -> dict[str, Any]:
     return {"kind": type(space).__name__, **json.loads(json.dumps(dataclasses.asdict(space)))}
 
 
-@checks.arguments(entry=checks.Instance(Mapping))
 def from_card(entry: Mapping[str, Any]) -> Box | TaskSector:
     """Return the space that an entry of a card describes.
 
@@ -44,7 +43,7 @@ def from_card(entry: Mapping[str, Any]) -> Box | TaskSector:
         If the entry does not describe a space.
     """
     if not isinstance(entry, Mapping):
-        raise ValueError(f"space is {entry!r}; a mapping with the kind of a space is needed")
+        raise ValueError(f"entry is {checks.shown(entry)}; a mapping with the kind of a space is needed")
     fields = dict(entry)
     kind = fields.pop("kind", None)
     if kind not in _KINDS:
