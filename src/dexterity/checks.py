@@ -365,7 +365,7 @@ def names(value: Any, called: str, count: int | None = None) -> tuple[str, ...]:
     ValueError
         If a name is not printable or is there twice, or the number of names is another one.
     """
-    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
         raise TypeError(f"{called} is {shown(value)}; a sequence of names is needed")
     checked = tuple(name(each, f"{called}[{i}]") for i, each in enumerate(value))
     if count is not None and len(checked) != count:

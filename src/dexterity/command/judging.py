@@ -49,7 +49,9 @@ def load(name: str) -> Network:
     if name in shipped:
         return dx.networks.load_shipped(name)
     if not Path(name).is_file():
-        raise ValueError(f"network is {name!r}; {checks.hint(name, shipped, (*shipped, 'a file'))}")
+        raise ValueError(
+            f"network is {name!r}; there is no such file or network: {checks.hint(name, shipped)}"
+        )
     return dx.networks.load(name)
 
 
