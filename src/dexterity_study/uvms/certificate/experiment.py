@@ -126,7 +126,7 @@ def evaluation(share: float = 1.0) -> Iterator[Row]:
     middle = float(own["target_centre"][0])
     constant = Polynomial(
         network.view, network.input_centre, network.input_half_range,
-        torch.tensor([[network.view.width]]), torch.tensor([middle]).double(),
+        torch.tensor([[network.view.width]]), torch.tensor([middle], dtype=torch.float64),
     )  # fmt: skip
     away = certify(constant, robots.uvms(), _W, box, 0.5, degree=4, threads=1, progress=False)
     least = middle / (1 + away.bound)
