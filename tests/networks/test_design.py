@@ -205,7 +205,7 @@ def test_threads_are_as_before():
         ({"neuron_step": 0}, "neuron_step is 0"),
         ({"first_neurons": 5, "neuron_limit": 4}, "neuron_limit is 4"),
         ({"restarts": 0}, "restarts is 0"),
-        ({"epoch_limit": 0}, "epochs is 0"),
+        ({"epoch_limit": 0}, "epoch_limit is 0"),
         ({"seed": -1}, "seed is -1"),
         ({"readout": "square"}, "readout is 'square'"),
         ({"damping": "none"}, "damping is 'none'"),

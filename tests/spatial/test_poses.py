@@ -40,7 +40,7 @@ FUNCTIONS_OF_POSES = [
     (spatial.adjoint, "T"),
     (spatial.inverse_adjoint, "T"),
     (spatial.inverse, "T"),
-    (spatial.compose, "T"),
+    (spatial.compose, r"poses\[0\]"),
 ]
 FUNCTIONS_OF_VECTORS = [(spatial.exp, "twist"), (spatial.hat, "vector"), (spatial.vee, "matrix")]
 

@@ -244,7 +244,8 @@ def test_links_that_are_fixed_to_each_other_are_one_body():
 
 LIGHT = '<inertial><mass value="-1"/></inertial>'
 INSIDE_OUT = '<inertial><mass value="1"/><inertia ixx="1" iyy="-2" izz="1"/></inertial>'
-SHEARED = '<inertial><mass value="0"/><inertia ixx="1" iyy="1" izz="1" ixy="3" ixz="3" iyz="3"/></inertial>'
+MOMENTS = 'ixx="1" iyy="1" izz="1" ixy="-3" ixz="-3" iyz="-3"'
+SHEARED = f'<inertial><mass value="1"/><inertia {MOMENTS}/></inertial>'
 BAD = {
     "lower above upper": (
         replaced(LIMIT, 'lower="2" upper="1"'),
@@ -355,7 +356,7 @@ BAD = {
     ),
     "tensor of no body": (
         replaced('<link name="l1"/>', f'<link name="l1">{SHEARED}</link>'),
-        r"inertias.tensors\[0\] has the principal moment -2",
+        r"inertias.tensors\[0\] has the principal moment -5",
     ),
 }
 

@@ -65,7 +65,7 @@ class SymbolicChain:
     inertias: tuple[object, ...] | None = None
 
     @classmethod
-    def of(cls, chain: Chain | SymbolicChain) -> SymbolicChain:
+    def of(cls, chain: object) -> SymbolicChain:
         """Take a chain of numbers or of symbols.
 
         Raises

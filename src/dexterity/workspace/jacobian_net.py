@@ -436,7 +436,7 @@ class JacobianNet(torch.nn.Module):
         header, tensors = read_archive(path, _KIND)
         try:
             network = cls(
-                Architecture(**header["architecture"]),
+                Architecture(**{name: _tuple(value) for name, value in header["architecture"].items()}),
                 header["inputs"],
                 header["entries"],
                 Scaling(tensors["centre_in"], tensors["unit_in"]),
@@ -453,3 +453,7 @@ class JacobianNet(torch.nn.Module):
 
 _ROWS = 65_536
 _KIND = "jacobian-net"
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
