@@ -188,3 +188,14 @@ def test_a_large_batch_takes_at_most_500_bytes_a_configuration():
     """pinocchio#1634, curobo#625, of networks, which took 1200 and 2700."""
     done = subprocess.run([sys.executable, "-c", GROWTH], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_many_configurations_of_a_network_with_two_values_are_as_few():
+    q = torch.rand(40_000, 2, dtype=torch.float64)
+    values = torch.stack([q.sum(-1), q.prod(-1)], -1)
+    network = FeedForward.untrained(View(2, [0, 1]), 3, q, values, torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        many = network(q.reshape(4, 10_000, 2))
+        few = torch.stack([network(row[:7]) for row in q.reshape(4, 10_000, 2)])
+    assert many.shape == (4, 10_000, 2)
+    assert_close(many[:, :7], few)

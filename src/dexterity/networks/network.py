@@ -212,7 +212,8 @@ class Network(torch.nn.Module, ABC):
         if not self._is_divisible(q):
             return self.answer(self.view.seen(q))
         pieces = q.reshape(-1, self.joints).split(_PIECE)
-        return torch.cat([self.answer(self.view.seen(piece)) for piece in pieces]).reshape(q.shape[:-1])
+        values = torch.cat([self.answer(self.view.seen(piece)) for piece in pieces])
+        return values.reshape(q.shape[:-1] + values.shape[1:])  # a network may answer with several values
 
     def _is_divisible(self, q: Tensor) -> bool:
         """Whether pieces save memory: on the CPU, where torch neither traces nor records for gradients."""
