@@ -397,3 +397,30 @@ def test_the_number_of_threads_changes_no_bit():
 def test_options_that_are_no_numbers_are_refused(options):
     with pytest.raises((TypeError, ValueError), match=f"^{next(iter(options))} is"):
         Options(**options)
+
+
+def test_held_out_rows_end_a_training_and_choose_its_weights():
+    random = torch.Generator().manual_seed(0)
+    q = torch.linspace(-1, 1, 40, dtype=torch.float64)[:, None]
+    noisy = (3 * q[:, 0]).sin() + 0.3 * torch.randn(40, generator=random, dtype=torch.float64)
+    (network,) = train.initial_networks(View(1, [0]), 12, q[::2], noisy[::2], [0])
+    held_out = sampling.DataSet(q[1::2], noisy[1::2])
+    ended = levenberg_marquardt(network, q[::2], noisy[::2], Options(epochs=300, rises=4), held_out=held_out)
+    on = levenberg_marquardt(network, q[::2], noisy[::2], Options(epochs=300))
+
+    def error(of, q, values):
+        return (of(q) - values).square().mean().item()
+
+    assert ended.stop is Stop.RISES
+    assert ended.epochs < 300
+    assert error(ended.network, *vars(held_out).values()) < error(on.network, *vars(held_out).values())
+    # The reported error is that of the network returned, and not that of the last step.
+    assert ended.mean_square_error == pytest.approx(error(ended.network, q[::2], noisy[::2]))
+    assert ended.mean_square_error > ended.history[-1]
+
+
+def test_held_out_rows_have_the_joints_of_the_network():
+    q = torch.linspace(-1, 1, 9, dtype=torch.float64)[:, None]
+    (network,) = train.initial_networks(View(1, [0]), 2, q, q[:, 0], [0])
+    with pytest.raises(ValueError, match=r"held_out\.q has shape"):
+        levenberg_marquardt(network, q, q[:, 0], held_out=sampling.DataSet(q.repeat(1, 2), q[:, 0]))

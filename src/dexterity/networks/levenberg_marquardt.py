@@ -29,6 +29,7 @@ from dexterity import checks, spatial
 from dexterity.networks.feed_forward import FeedForward
 from dexterity.networks.normal_equations import Layout, TrainingSet, normal_equations, sum_of_squares
 from dexterity.networks.threads import one_thread
+from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
 
 __all__ = ["Damping", "Options", "Stop", "Training", "levenberg_marquardt"]
@@ -61,6 +62,8 @@ class Options:
         Training stops at a step shorter than this times the length of all weights.
     largest_damping
         Training stops where damping has grown beyond it and steps still fail.
+    rises
+        Training stops after so many steps taken since the error on held-out rows was least, if there are any.
 
     Raises
     ------
@@ -75,12 +78,13 @@ class Options:
     smallest_gradient: float = 1e-10
     smallest_step: float = 1e-10
     largest_damping: float = 1e10
+    rises: int = 6
 
     def __post_init__(self) -> None:
         checks.fields(
             self,
             damping=checks.Choice(get_args(Damping)),
-            epochs=checks.Whole(1),
+            **dict.fromkeys(("epochs", "rises"), checks.Whole(1)),
             **dict.fromkeys(("goal", "smallest_gradient", "smallest_step"), checks.Real(least=0)),
             **dict.fromkeys(("initial_damping", "largest_damping"), checks.Real(above=0)),
         )
@@ -94,6 +98,7 @@ class Stop(Enum):
     STEP = "the step became too short to matter"
     DAMPING = "no step lowers the error, however damped"
     EPOCHS = "the epochs were used up"
+    RISES = "the error on held-out rows no longer fell"
     INTERRUPTED = "it was interrupted"
 
 
@@ -129,11 +134,21 @@ class Training:
 
 @overload
 def levenberg_marquardt(
-    network: FeedForward, x: TensorLike, y: TensorLike, options: Options = ...
+    network: FeedForward,
+    x: TensorLike,
+    y: TensorLike,
+    options: Options = ...,
+    *,
+    held_out: DataSet | None = ...,
 ) -> Training: ...
 @overload
 def levenberg_marquardt(
-    network: Sequence[FeedForward], x: TensorLike, y: TensorLike, options: Options = ...
+    network: Sequence[FeedForward],
+    x: TensorLike,
+    y: TensorLike,
+    options: Options = ...,
+    *,
+    held_out: DataSet | None = ...,
 ) -> list[Training]: ...
 @checks.arguments(options=checks.Instance(Options))
 def levenberg_marquardt(
@@ -141,6 +156,8 @@ def levenberg_marquardt(
     x: TensorLike,
     y: TensorLike,
     options: Options = Options(),
+    *,
+    held_out: DataSet | None = None,
 ) -> Training | list[Training]:
     r"""Train a network, or several of one size in one call.
 
@@ -158,6 +175,9 @@ def levenberg_marquardt(
         (N) values, or (N, k) for k outputs; with a leading axis B as `x`.
     options
         When to stop, and how to damp.
+    held_out
+        Rows that weights are not fitted to, the same for all networks. With them the network that is returned
+        is the one with the least error on them.
 
     Returns
     -------
@@ -179,29 +199,33 @@ def levenberg_marquardt(
     if not networks:
         raise ValueError("network is an empty sequence; at least one network is needed")
     with one_thread():
-        trainings = _train(networks, *_rows(networks, x, y), options)
+        rows = _rows(networks, x, y)
+        aside = None if held_out is None else _rows(networks, held_out.q, held_out.values, ("held_out.q", "held_out.values"))
+        trainings = _train(networks, rows, aside, options)
     return trainings[0] if isinstance(network, FeedForward) else trainings
 
 
-def _rows(networks: list[FeedForward], x: TensorLike, y: TensorLike) -> tuple[Tensor, Tensor]:
+def _rows(
+    networks: list[FeedForward], x: TensorLike, y: TensorLike, names: tuple[str, str] = ("x", "y")
+) -> tuple[Tensor, Tensor]:
     """Return joint values (B or 1, N, n) and values (B or 1, N, k)."""
     first = networks[0]
-    q, values = spatial.to_float64(x, "x").detach(), spatial.to_float64(y, "y").detach()
+    q, values = spatial.to_float64(x, names[0]).detach(), spatial.to_float64(y, names[1]).detach()
     if first.values == 1:
         values = values[..., None]
     if q.ndim == 2:
         q, values = q[None], values[None]
     if q.ndim != 3 or q.shape[0] not in (1, len(networks)) or q.shape[2] != first.joints:
         raise ValueError(
-            f"x has shape {tuple(q.shape)}; (N, {first.joints}), or ({len(networks)}, N, {first.joints}) "
+            f"{names[0]} has shape {tuple(q.shape)}; (N, {first.joints}), or ({len(networks)}, N, {first.joints}) "
             "with rows of its own for each network, is needed"
         )
     if values.shape != (*q.shape[:2], first.values):
         raise ValueError(
-            f"y has shape {tuple(values.shape)}; x has {q.shape[1]} rows of {first.values} values"
+            f"{names[1]} has shape {tuple(values.shape)}; {names[0]} has {q.shape[1]} rows of {first.values} values"
         )
     if not q.shape[1]:
-        raise ValueError("x has no rows")
+        raise ValueError(f"{names[0]} has no rows")
     return q, values
 
 
@@ -211,9 +235,17 @@ def _rows(networks: list[FeedForward], x: TensorLike, y: TensorLike) -> tuple[Te
 class _State:
     """Where each network of a stack is: best weights, their error and normal equations, and the damping."""
 
-    def __init__(self, layout: Layout, weights: Tensor, training_set: TrainingSet, options: Options) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        weights: Tensor,
+        training_set: TrainingSet,
+        held_out: TrainingSet | None,
+        options: Options,
+    ) -> None:
         self.layout = layout
         self.training_set = training_set
+        self.held_out = held_out
         self.options = options
         self.weights = weights
         self.error = sum_of_squares(layout, weights, training_set)
@@ -228,6 +260,13 @@ class _State:
     def mean_square_error(self) -> Tensor:
         """Mean square error (B) in the units of the targets."""
         return self.error / self.residuals * self.training_set.half_range**2
+
+    @property
+    def judged_by(self) -> Tensor:
+        """What the network that is returned has least of (B): its error, on held-out rows if there are any."""
+        if self.held_out is None:
+            return self.error
+        return sum_of_squares(self.layout, self.weights, self.held_out)
 
     def step(self) -> tuple[Tensor, Tensor]:
         """Try one step for each network; return which took it (B) and how long the steps were (B)."""
@@ -275,23 +314,35 @@ class _State:
     def keep(self, going: Tensor) -> None:
         """Go on with some of the networks alone."""
         self.training_set = self.training_set[going]
+        self.held_out = self.held_out[going] if self.held_out else None
         for name in ("weights", "error", "matrix", "vector", "damping", "growth"):
             setattr(self, name, getattr(self, name)[going])
 
 
-def _train(networks: list[FeedForward], q: Tensor, values: Tensor, options: Options) -> list[Training]:
+def _train(
+    networks: list[FeedForward],
+    rows: tuple[Tensor, Tensor],
+    aside: tuple[Tensor, Tensor] | None,
+    options: Options,
+) -> list[Training]:
     layout = Layout.of(networks[0])
     _require_alike(networks)
-    state = _State(layout, layout.pack(networks), TrainingSet.of(networks, q, values), options)
+    training_set = TrainingSet.of(networks, *rows)
+    held_out = TrainingSet.of(networks, *aside) if aside else None
+    state = _State(layout, layout.pack(networks), training_set, held_out, options)
     if not torch.isfinite(state.mean_square_error).all():
         raise ValueError(
-            f"y reaches {float(values.abs().max()):.3g}, and the mean square error is not finite: scale it"
+            f"y reaches {float(rows[1].abs().max()):.3g}, and the mean square error is not finite: scale it"
         )
-    records = [_Record(state.weights[i], [mse]) for i, mse in enumerate(state.mean_square_error.tolist())]
+    judged = state.judged_by.tolist()
+    records = [
+        _Record(state.weights[i], mse, judged[i], [mse])
+        for i, mse in enumerate(state.mean_square_error.tolist())
+    ]
     _iterate(state, records, options.epochs)
     return [
         Training(
-            layout.unpacked(network, record.weights), record.history[-1], len(record.history) - 1,
+            layout.unpacked(network, record.weights), record.mean_square_error, len(record.history) - 1,
             record.stop, tuple(record.history),
         )
         for network, record in zip(networks, records, strict=True)
@@ -300,11 +351,21 @@ def _train(networks: list[FeedForward], q: Tensor, values: Tensor, options: Opti
 
 @dataclass
 class _Record:
-    """What is known of one training so far."""
+    """What is known of one training so far: the best weights, their error, what they were chosen by."""
 
     weights: Tensor
+    mean_square_error: float
+    least: float
     history: list[float]
+    rises: int = 0
     stop: Stop = Stop.EPOCHS
+
+    def look_at(self, weights: Tensor, mean_square_error: float, judged: float) -> None:
+        """Keep weights that are better; count those that are not."""
+        if judged < self.least:
+            self.weights, self.mean_square_error, self.least, self.rises = weights, mean_square_error, judged, 0
+        else:
+            self.rises += 1
 
 
 def _iterate(state: _State, records: list[_Record], epochs: int) -> None:
@@ -326,12 +387,15 @@ def _iterate(state: _State, records: list[_Record], epochs: int) -> None:
 
 def _epoch(state: _State, going: list[_Record]) -> list[Stop | None]:
     taken, lengths = state.step()
-    errors, took = state.mean_square_error.tolist(), taken.tolist()
+    errors, judged, took = state.mean_square_error.tolist(), state.judged_by.tolist(), taken.tolist()
     for i, record in enumerate(going):
         record.history.append(errors[i])
         if took[i]:
-            record.weights = state.weights[i]
-    return state.reasons(taken, lengths)
+            record.look_at(state.weights[i], errors[i], judged[i])
+    return [
+        reason or (Stop.RISES if record.rises >= state.options.rises else None)
+        for reason, record in zip(state.reasons(taken, lengths), going, strict=True)
+    ]
 
 
 def _leave(state: _State, going: list[_Record], reasons: list[Stop | None]) -> list[_Record]:
