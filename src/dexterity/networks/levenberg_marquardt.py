@@ -150,7 +150,7 @@ def levenberg_marquardt(
     *,
     held_out: DataSet | None = ...,
 ) -> list[Training]: ...
-@checks.arguments(options=checks.Instance(Options))
+@checks.arguments(options=checks.Instance(Options), held_out=checks.OrNone(checks.Instance(DataSet)))
 def levenberg_marquardt(
     network: FeedForward | Sequence[FeedForward],
     x: TensorLike,
@@ -200,7 +200,11 @@ def levenberg_marquardt(
         raise ValueError("network is an empty sequence; at least one network is needed")
     with one_thread():
         rows = _rows(networks, x, y)
-        aside = None if held_out is None else _rows(networks, held_out.q, held_out.values, ("held_out.q", "held_out.values"))
+        aside = (
+            None
+            if held_out is None
+            else _rows(networks, held_out.q, held_out.values, ("held_out.q", "held_out.values"))
+        )
         trainings = _train(networks, rows, aside, options)
     return trainings[0] if isinstance(network, FeedForward) else trainings
 
@@ -217,12 +221,13 @@ def _rows(
         q, values = q[None], values[None]
     if q.ndim != 3 or q.shape[0] not in (1, len(networks)) or q.shape[2] != first.joints:
         raise ValueError(
-            f"{names[0]} has shape {tuple(q.shape)}; (N, {first.joints}), or ({len(networks)}, N, {first.joints}) "
-            "with rows of its own for each network, is needed"
+            f"{names[0]} has shape {tuple(q.shape)}; (N, {first.joints}), "
+            f"or ({len(networks)}, N, {first.joints}) with rows of its own for each network, is needed"
         )
     if values.shape != (*q.shape[:2], first.values):
         raise ValueError(
-            f"{names[1]} has shape {tuple(values.shape)}; {names[0]} has {q.shape[1]} rows of {first.values} values"
+            f"{names[1]} has shape {tuple(values.shape)}; "
+            f"{names[0]} has {q.shape[1]} rows of {first.values} values"
         )
     if not q.shape[1]:
         raise ValueError(f"{names[0]} has no rows")
@@ -263,7 +268,7 @@ class _State:
 
     @property
     def judged_by(self) -> Tensor:
-        """What the network that is returned has least of (B): its error, on held-out rows if there are any."""
+        """What the returned network has least of (B): its error, on held-out rows if there are any."""
         if self.held_out is None:
             return self.error
         return sum_of_squares(self.layout, self.weights, self.held_out)
@@ -363,7 +368,12 @@ class _Record:
     def look_at(self, weights: Tensor, mean_square_error: float, judged: float) -> None:
         """Keep weights that are better; count those that are not."""
         if judged < self.least:
-            self.weights, self.mean_square_error, self.least, self.rises = weights, mean_square_error, judged, 0
+            self.weights, self.mean_square_error, self.least, self.rises = (
+                weights,
+                mean_square_error,
+                judged,
+                0,
+            )
         else:
             self.rises += 1
 

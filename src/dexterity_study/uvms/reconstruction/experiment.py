@@ -26,10 +26,11 @@ from dexterity.chain import Chain
 from dexterity.indices import Frame, Index
 from dexterity.networks import baselines, train
 from dexterity.networks.feed_forward import FeedForward
-from dexterity.networks.growth import Growth, RadialBasisOptions, grow
+from dexterity.networks.growth import RadialBasisOptions, grow
 from dexterity.networks.levenberg_marquardt import Damping, Options, Training, levenberg_marquardt
 from dexterity.networks.network import View
 from dexterity.networks.problem import DesignProblem, largest_relative_error
+from dexterity.networks.validation import Function
 from dexterity.sampling import Box, DataSet, DataSets, Space, TaskSector
 from dexterity_study.engine.experiment import experiment
 
@@ -113,7 +114,15 @@ SPREADS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 6.5, SPREAD)
 FIRST = (0.1, 0.3, 0.5, 1.0)
 """Spreads that the radial-basis loop tries in turn, and those that it may begin with."""
 
-SMALL = {"repetitions": 1, "tested": 60, "sizes": (1, 2), "spreads": (1.0, SPREAD), "bells": 8, "epochs": 4, "rows": 150}
+SMALL = {
+    "repetitions": 1,
+    "tested": 60,
+    "sizes": (1, 2),
+    "spreads": (1.0, SPREAD),
+    "bells": 8,
+    "epochs": 4,
+    "rows": 150,
+}
 OF_DATA = {"data": ("robots/uvms.toml",), "rtol": 1e-3, "atol": 1e-6}
 
 
@@ -186,7 +195,7 @@ class Case:
     @cached_property
     def space(self) -> Space:
         """Where configurations are drawn."""
-        space = sampling.uvms_space(self.index.name)
+        space: Box | TaskSector = sampling.uvms_space(self.index.name)
         if isinstance(space, Box):
             if self.values["vehicle_angle"] == 0.0:
                 return _with_upright_vehicle(space, range(3, 6))
@@ -196,17 +205,27 @@ class Case:
         rest = space.rest
         if self.values["vehicle_angle"] == 0.0:
             rest = _with_upright_vehicle(rest, range(3))
-        offset = (0.0, space.base_offset[1], l1)
-        point = (0.0, ahead, l1)
-        changed = {"azimuth": azimuth, "elevation": elevation, "rest": rest}
-        return replace(cast(TaskSector, space), task_point=point, base_offset=offset, **changed)
+        return replace(
+            space,
+            task_point=(0.0, ahead, l1),
+            base_offset=(0.0, space.base_offset[1], l1),
+            azimuth=azimuth,
+            elevation=elevation,
+            rest=rest,
+        )
 
     @cached_property
     def problem(self) -> DesignProblem:
         """Its data sets, and what networks see."""
         rows = self.rows or round(float(self.values[f"rows_{self.name}"]))
-        sizes = {"train": rows, "test": self.tested, "validation": self.tested, "seed": self.seed}
-        sets = sampling.data_sets(self.index.bind(self.chain), self.space, **sizes)
+        sets = sampling.data_sets(
+            self.index.bind(self.chain),
+            self.space,
+            train=rows,
+            test=self.tested,
+            validation=self.tested,
+            seed=self.seed,
+        )
         if self.values["test_points"] == "uniform":
             sets = DataSets(sets.train, sets.validation, sets.test)
         moving = (sets.train.q.amax(0) > sets.train.q.amin(0)).nonzero().flatten().tolist()
@@ -216,7 +235,7 @@ class Case:
         """What can be said of the index alone: its range, and how far simple answers go."""
         data, view = self.problem.data, self.problem.view
         lowest, highest = data.train.values.aminmax()
-        simple = {"constant": baselines.constant(data.train)}
+        simple: dict[str, Function] = {"constant": baselines.constant(data.train)}
         if len(data.train.q) > _TERMS:
             simple["cubic"] = baselines.polynomial(view, data.train, 3)
         errors = {name: largest_relative_error(answer, data.test) for name, answer in simple.items()}
