@@ -67,7 +67,7 @@ from dexterity.sampling import Box
 __all__ = ["Approximation", "Certificate", "certify", "recheck", "relative_error"]
 
 Approximation: TypeAlias = FeedForward | RadialBasis | Polynomial
-"""What can be certified: networks whose readout is smooth, and polynomials."""
+"""Networks whose readout is smooth, and polynomials, which can be certified."""
 
 Array: TypeAlias = np.ndarray
 
