@@ -167,6 +167,7 @@ class ParallelGeometry:
 
 
 PARALLEL_AXES = Form("three parallel axes", ParallelGeometry.of, ("base", "tool"))
+"""The closed form of such arms, seen from the base or from the tool."""
 
 
 def _merged(angles: Tensor) -> Tensor:

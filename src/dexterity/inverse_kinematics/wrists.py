@@ -193,7 +193,9 @@ class WristGeometry:
 
 
 WRIST = Form("spherical wrist", WristGeometry.of, ("base",))
+"""The closed form of arms with a spherical wrist."""
 SHOULDER = Form("spherical shoulder", WristGeometry.of, ("tool",))
+"""The closed form of arms with a spherical shoulder, which is that of a wrist seen from the tool."""
 
 
 def _in_turn(simple: Turning, value: Tensor, other: Turning, wanted: Turning) -> tuple[Tensor, Tensor]:
