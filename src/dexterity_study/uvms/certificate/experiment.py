@@ -82,7 +82,9 @@ def proofs(
         approximation = _approximation(name)
         found = worst_case(approximation, _W.bind(robots.uvms()), box, search or Search()).error
         for factor in of_name:
-            one = certify(approximation, robots.uvms(), _W, box, factor * found, threads=1, progress=False)
+            # Six digits, so that the stored number is the one that was proved and that the digest covers.
+            wanted = float(f"{factor * found:.6g}")
+            one = certify(approximation, robots.uvms(), _W, box, wanted, threads=1, progress=False)
             rows.append({"approximation": name, "factor": factor, "found": found, **_facts(one)})
             arrays |= {f"{name}_tree": one.tree, f"{name}_bounds": one.bounds}
     return rows, arrays
