@@ -28,7 +28,9 @@ def certificate(stored: Evidence, name: str) -> Certificate:
     network, box = networks.load_shipped(NETWORK), box_of_network()
     lower, upper = (np.array(limits)[list(network.inputs)] for limits in (box.lower, box.upper))
     tree, bounds = (table.array(f"{name}_{what}")[0] for what in ("tree", "bounds"))
-    return Certificate(network.inputs, lower, upper, row["wanted"], 6, tree, bounds, row["reached"])
+    return Certificate(
+        network.inputs, lower, upper, float(row["wanted"]), 6, tree, bounds, float(row["reached"])
+    )
 
 
 @torch.no_grad()
