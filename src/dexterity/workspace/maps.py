@@ -465,9 +465,10 @@ def constant_orientation(
     ValueError
         If the orientation is no rotation, or a slab holds no pose.
     """
-    R = spatial.require_rotation(orientation, "orientation")
+    R = spatial.to_float64(orientation, "orientation")
     if R.ndim != 2:
         raise ValueError(f"orientation has shape {tuple(R.shape)}; (3, 3) is needed")
+    R = spatial.require_rotation(R, "orientation")
     found = survey(answer, grid, R[None], None, poses_at_once)
     return Map(found.count > 0, found.largest)
 
