@@ -62,6 +62,7 @@ __all__ = [
     "real",
     "seed",
     "shown",
+    "thread_count",
     "whole",
 ]
 
@@ -346,6 +347,21 @@ def name(value: Any, called: str) -> str:
     return Name()(value, called)
 
 
+def thread_count(value: Any, name: str) -> int:
+    """Return a number of threads: of all processors that this process may use for None.
+
+    Raises
+    ------
+    TypeError
+        If it is no whole number.
+    ValueError
+        If it is below 1.
+    """
+    if value is not None:
+        return whole(value, name, least=1)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def names(value: Any, called: str, count: int | None = None) -> tuple[str, ...]:
     """Return different names as a tuple.
 
@@ -403,9 +419,6 @@ _ALIKE = 0.5  # share of letters that two names have in common, in their order
 
 def _listed(texts: Iterable[str]) -> str:
     return ", ".join(texts) or "(there are none)"
-
-
-_ALIKE = 0.5  # share of letters that two names have in common, in their order
 
 
 def flag(value: Any, name: str) -> bool:

@@ -337,8 +337,6 @@ class TaskSector:
             raise ValueError(f"azimuth is {self.azimuth}; 0 ≤ azimuth ≤ π is needed")
         if not 0 <= self.elevation < math.pi / 2:
             raise ValueError(f"elevation is {self.elevation}; 0 ≤ elevation < π/2 is needed")
-        checks.instance(self.rest, "rest", Box)
-        object.__setattr__(self, "turned", checks.flag(self.turned, "turned"))
         if self.turned and self.rest.joints < 3:
             raise ValueError(f"rest has {self.rest.joints} joints; 3 are needed to turn the offset")
 

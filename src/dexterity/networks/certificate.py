@@ -36,7 +36,6 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import math
-import os
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -126,7 +125,7 @@ class Certificate:
     @property
     def digest(self) -> str:
         """SHA-256 of box, wanted bound, degree and tree."""
-        content = hashlib.sha256(repr((self.joints, self.wanted, self.degree)).encode())
+        content = hashlib.sha256(repr((self.joints, float(self.wanted), self.degree)).encode())
         for array in (self.lower, self.upper, self.tree):
             content.update(np.ascontiguousarray(array).tobytes())
         return content.hexdigest()
@@ -188,7 +187,7 @@ def certify(
     models
         Number of models to make at most. What is not proved by then stays open, with the bound that was.
     threads
-        Number of threads, by default one for each core.
+        Number of threads, by default one for each processor that this process may use.
     start
         An unfinished certificate of the same task, to go on from.
     progress
@@ -210,7 +209,7 @@ def certify(
     """
     wanted = checks.real(wanted, "wanted", above=0)
     models = checks.whole(models, "models", least=1)
-    threads = checks.whole(os.cpu_count() or 1 if threads is None else threads, "threads", least=1)
+    threads = checks.thread_count(threads, "threads")
     program = relative_error(approximation, chain, index, box)
     taylor = TaylorModels(program, degree)
     begun = _begun(program, box, wanted, degree)

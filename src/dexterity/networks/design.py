@@ -108,8 +108,9 @@ class FeedForwardOptions:
             self,
             testing_error=checks.Real(least=0),
             training_goal=checks.Real(least=0),
-            epoch_limit=checks.Whole(1),
-            **dict.fromkeys(("first_neurons", "neuron_step", "restarts", "neuron_limit"), checks.Whole(1)),
+            **dict.fromkeys(("epoch_limit", "first_neurons", "neuron_step", "restarts"), checks.Whole(1)),
+            neuron_limit=checks.Whole(1),
+            damping=checks.Choice(get_args(Damping)),
             seed=checks.Whole(0),
             readout=checks.Choice(tuple(READOUTS)),
             sweep=checks.Choice(get_args(Sweep)),
@@ -118,7 +119,6 @@ class FeedForwardOptions:
             raise ValueError(
                 f"neuron_limit is {self.neuron_limit}; at least {self.first_neurons}, the first, is needed"
             )
-        self.training()
 
     @property
     def sizes(self) -> range:
@@ -126,13 +126,7 @@ class FeedForwardOptions:
         return range(self.first_neurons, self.neuron_limit + 1, self.neuron_step)
 
     def training(self) -> Options:
-        """Return the options of each training.
-
-        Raises
-        ------
-        ValueError
-            If the goal, the epochs or the damping are not what the trainer takes.
-        """
+        """Return the options of each training."""
         return Options(goal=self.training_goal, epochs=self.epoch_limit, damping=self.damping)
 
 

@@ -200,11 +200,9 @@ def levenberg_marquardt(
         raise ValueError("network is an empty sequence; at least one network is needed")
     with one_thread():
         rows = _rows(networks, x, y)
-        aside = (
-            None
-            if held_out is None
-            else _rows(networks, held_out.q, held_out.values, ("held_out.q", "held_out.values"))
-        )
+        aside = None
+        if held_out is not None:
+            aside = _rows(networks, held_out.q, held_out.values, ("held_out.q", "held_out.values"))
         trainings = _train(networks, rows, aside, options)
     return trainings[0] if isinstance(network, FeedForward) else trainings
 
@@ -368,12 +366,8 @@ class _Record:
     def look_at(self, weights: Tensor, mean_square_error: float, judged: float) -> None:
         """Keep weights that are better; count those that are not."""
         if judged < self.least:
-            self.weights, self.mean_square_error, self.least, self.rises = (
-                weights,
-                mean_square_error,
-                judged,
-                0,
-            )
+            self.weights, self.mean_square_error = weights, mean_square_error
+            self.least, self.rises = judged, 0
         else:
             self.rises += 1
 

@@ -55,9 +55,8 @@ class View(torch.nn.Module):
 
     carriers: Tensor
 
-    @torch.inference_mode(
-        False
-    )  # its screws serve in every mode; some views are made when a module is imported
+    # Its screws serve in every mode; some views are made when a module is imported.
+    @torch.inference_mode(False)
     def __init__(self, joints: int, inputs: Sequence[int], carriers: TensorLike = ()) -> None:
         super().__init__()
         joints = checks.whole(joints, "joints", least=1)

@@ -90,13 +90,16 @@ class WorstCase:
     evaluations: int
 
 
-@checks.arguments(
+_searching = checks.arguments(
     f=checks.function,
     index=checks.function,
     space=checks.Instance(Space),
     search=checks.Instance(Search),
     scale=checks.OrNone(checks.positive),
 )
+
+
+@_searching
 def worst_case(
     f: Function,
     index: Function,
@@ -145,13 +148,7 @@ def worst_case(
     )
 
 
-@checks.arguments(
-    f=checks.function,
-    index=checks.function,
-    space=checks.Instance(Space),
-    search=checks.Instance(Search),
-    scale=checks.OrNone(checks.positive),
-)
+@_searching
 def worst_points(
     f: Function,
     index: Function,

@@ -43,6 +43,7 @@ from dexterity.inverse_kinematics.seeds import distinct
 from dexterity.inverse_kinematics.turns import middle_of_limits
 from dexterity.reach.configurations import ClosedForm, Found, Method, Search, finder
 from dexterity.reach.judgement import IndexLike, Judge
+from dexterity.reach.tool_poses import several_poses
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
 
@@ -153,10 +154,7 @@ def follow(
         If an argument is of the wrong kind.
     """
     chain = checks.instance(chain, "chain", Chain)
-    T = spatial.require_rigid(poses, "poses")
-    if T.ndim != 3 or not len(T):
-        raise ValueError(f"poses has shape {tuple(T.shape)}; (k, 4, 4) with k ≥ 1 is needed")
-    T = T.detach().cpu().clone()
+    T = several_poses(poses, "poses")
     find = finder(
         chain, method, rows=row_numbers(rows), frame=frame, starts=starts,
         limit_tolerance=limit_tolerance, seed=seed,

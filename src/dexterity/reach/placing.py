@@ -31,7 +31,8 @@ from dexterity.reach.following import By, Follower
 from dexterity.reach.judgement import IndexLike, Judge
 from dexterity.reach.placements import Placements, Valued
 from dexterity.reach.refinement import refined
-from dexterity.reach.work import Progress, counted, in_pieces, thread_count
+from dexterity.reach.tool_poses import several_poses
+from dexterity.reach.work import Progress, counted, in_pieces
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
 
@@ -98,9 +99,9 @@ def place(
         If an argument is of the wrong kind.
     """
     chain = checks.instance(chain, "chain", Chain)
-    T, candidates = _several(poses, "poses"), _bases(bases)
+    T, candidates = several_poses(poses, "poses"), _bases(bases)
     by_name = checks.choice(by, "by", ("worst", "mean"))
-    judge, workers = Judge(chain, index), thread_count(threads)
+    judge, workers = Judge(chain, index), checks.thread_count(threads, "threads")
     find = finder(
         chain, method, rows=row_numbers(rows), frame=frame, starts=starts,
         limit_tolerance=limit_tolerance, seed=seed,
@@ -133,13 +134,6 @@ def place(
     return placed
 
 
-def _several(poses: TensorLike, name: str) -> Tensor:
-    T = spatial.require_rigid(poses, name)
-    if T.ndim != 3 or not len(T):
-        raise ValueError(f"{name} has shape {tuple(T.shape)}; (k, 4, 4) with k ≥ 1 is needed")
-    return T.detach().cpu().clone()
-
-
 def _bases(bases: TensorLike) -> Tensor:
     values = spatial.to_float64(bases, "bases")
     if values.ndim == 2 and values.shape[1] == 3 and len(values):
@@ -148,7 +142,7 @@ def _bases(bases: TensorLike) -> Tensor:
         T[:, 0, 0], T[:, 0, 1], T[:, 1, 0], T[:, 1, 1] = cosine, -sine, sine, cosine
         T[:, :2, 3] = values[:, :2]
         return T
-    return _several(values, "bases")
+    return several_poses(values, "bases")
 
 
 class _Valuer:

@@ -33,7 +33,7 @@ from dexterity.reach.judgement import IndexLike, Judge
 from dexterity.reach.missed import Missed
 from dexterity.reach.reach_map import ReachMap
 from dexterity.reach.sampled import sampled
-from dexterity.reach.work import Progress, counted, in_pieces, thread_count
+from dexterity.reach.work import Progress, counted, in_pieces
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
 
@@ -124,7 +124,8 @@ def survey(
     points, turns = _positions(positions), _rotations(rotations)
     checks.choice(method, "method", ("auto", "closed form", "search", "sampling"))
     checks.choice(frame, "frame", get_args(RowFrame))
-    judge, workers, chosen = Judge(chain, index), thread_count(threads), TwistRows(row_numbers(rows), frame)
+    judge, chosen = Judge(chain, index), TwistRows(row_numbers(rows), frame)
+    workers = checks.thread_count(threads, "threads")
     seed, draws = checks.seed(seed), checks.whole(draws, "draws", least=1)
     checks.OrNone(checks.Each(checks.Real(above=0)))(cell, "cell")
     checks.OrNone(checks.Instance(ReachMap))(unfinished, "unfinished")

@@ -198,3 +198,11 @@ def _rotation(value: TensorLike) -> Tensor:
     if R.shape != (3, 3):
         raise ValueError(f"tool_rotation has shape {tuple(R.shape)}; (3, 3) is needed")
     return spatial.require_rotation(R, "tool_rotation")
+
+
+def several_poses(poses: TensorLike, name: str) -> Float64[Tensor, "k 4 4"]:
+    """Return rigid poses, at least one, on the processor and without memory shared with the caller."""
+    T = spatial.require_rigid(poses, name)
+    if T.ndim != 3 or not len(T):
+        raise ValueError(f"{name} has shape {tuple(T.shape)}; (k, 4, 4) with k ≥ 1 is needed")
+    return T.detach().cpu().clone()

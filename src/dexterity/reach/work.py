@@ -14,7 +14,6 @@ True
 from __future__ import annotations
 
 import contextlib
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeAlias, TypeVar
@@ -25,27 +24,12 @@ from tqdm import tqdm
 
 from dexterity import checks
 
-__all__ = ["Progress", "counted", "in_pieces", "thread_count"]
+__all__ = ["Progress", "counted", "in_pieces"]
 
 _Part = TypeVar("_Part")
 
 Progress: TypeAlias = bool | Callable[[int, int], object]
 """True for a bar with the remaining time, or a function of how many are done and how many there are."""
-
-
-def thread_count(threads: int | None) -> int:
-    """Return a number of threads: of all processors that this process may use where none is given.
-
-    Raises
-    ------
-    TypeError
-        If it is no whole number.
-    ValueError
-        If it is below 1.
-    """
-    if threads is not None:
-        return checks.whole(threads, "threads", least=1)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager

@@ -17,7 +17,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from dexterity import typed
+from dexterity import store, typed
 
 __all__ = ["read"]
 
@@ -44,7 +44,7 @@ def read(path: Path, known: Collection[str]) -> dict[str, Any]:
     """
     lines = [
         line
-        for line in path.read_text(encoding="utf-8-sig").splitlines()
+        for line in store.read_bytes(path).decode("utf-8-sig").splitlines()
         if line.strip() and not line.lstrip().startswith("#")
     ]
     try:
