@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from dexterity_study.claims.design import DesignShare
 from dexterity_study.claims.ledger import Claim, load_paper
 from dexterity_study.claims.outcome import Outcome, Verdict
 from dexterity_study.engine.readings import Assumption
@@ -63,7 +64,10 @@ WORDS: Mapping[Outcome, str] = MappingProxyType(
         Outcome.IN_SHAPE: "the rule grants the weaker grade",
         Outcome.NOT_REPRODUCED: "the rule grants neither grade, and other readings may still do so",
         Outcome.CONTRADICTED: "refuted in every admissible reading, or by logic",
-        Outcome.UNDERSPECIFIED: "admissible readings, or seeds where the paper has one draw, disagree",
+        Outcome.UNDERSPECIFIED: (
+            "admissible readings, or seeds where the paper has one draw, disagree; where a space-filling design of "
+            f"readings was run, more than {FEW:.0%} of them disagree with the chosen one"
+        ),
         Outcome.MISPRINT: "refuted as printed, and other numbers of the paper show what was meant",
         Outcome.FITTED: "a value of ours was chosen so that it comes out; this reproduces nothing",
         Outcome.NOT_RUN: "what the claim needs was not run, or not to its end",
@@ -101,7 +105,15 @@ class Judge:
         self.paper = load_paper(paper)
 
     def __call__(
-        self, claim: str, values: Any, note: str = "", *, form: str = "{:.3g}", unit: str = "", ours: str = ""
+        self,
+        claim: str,
+        values: Any,
+        note: str = "",
+        *,
+        form: str = "{:.3g}",
+        unit: str = "",
+        ours: str = "",
+        design: DesignShare | None = None,
     ) -> Verdict:
         """Judge a claim by the rule that the ledger names.
 
@@ -120,6 +132,8 @@ class Judge:
             Form of our value in the table, and its unit.
         ours
             Our value as a text, where the values are not what is to be read.
+        design
+            Readings of a space-filling design in which the claim holds, as `in_design` returns.
         """
         entry = self.paper.claim(claim)
         by_reading = _by_reading(entry, values)
@@ -136,13 +150,34 @@ class Judge:
         return Verdict(
             paper=self.paper.key,
             claim=claim,
-            outcome=_outcome(chosen, run, admissible),
+            outcome=_outcome(chosen, run, admissible, design),
             ours=ours or _written(entry, values, by_reading["chosen"], form, unit),
             spread="" if entry.rule == "cases" else _over(entry, values, by_reading["chosen"]),
             sentence=note,
             readings=_share(run, admissible),
             flips=tuple(name for name, grade in run.items() if grade.holds != chosen.holds),
+            design=str(design) if design else "",
         )
+
+    def in_design(self, claim: str, values: pd.Series | pd.DataFrame) -> DesignShare:
+        """Judge a claim in each reading of a space-filling design.
+
+        Parameters
+        ----------
+        claim
+            Id of the claim.
+        values
+            What the rule of the claim judges, indexed by reading and repetition: numbers, truth values, or Kendall's
+            τ; columns for a number with several parts and for cases, of which each holds if it does in half of the
+            repetitions. A loop that does not end has the value infinity.
+
+        Raises
+        ------
+        ValueError
+            If the index has not two levels, or occurs twice, or a value is missing.
+        """
+        entry = self.paper.claim(claim)
+        return DesignShare.of(values, lambda own: _RULES[entry.rule](entry, _of_reading(entry, own)).holds)
 
     def refuted(self, claim: str, note: str, ours: str = "") -> Verdict:
         """Contradict a claim by logic; the note has the argument."""
@@ -295,11 +330,23 @@ def _admissible(assumptions: Sequence[Assumption]) -> set[str]:
     }
 
 
-def _outcome(chosen: Grade, run: Mapping[str, Grade], admissible: set[str]) -> Outcome:
-    complete = admissible <= run.keys()
+def _of_reading(claim: Claim, values: pd.Series | pd.DataFrame) -> Any:
+    """Return the values of one reading of a design as the rules take them."""
+    if isinstance(values, pd.Series):
+        return values.to_numpy()
+    if claim.rule == "cases":
+        return (values.mean() >= HALF).to_numpy()
+    return [column.to_numpy() for _, column in values.items()]
+
+
+def _outcome(
+    chosen: Grade, run: Mapping[str, Grade], admissible: set[str], design: DesignShare | None = None
+) -> Outcome:
+    against = 0.0 if design is None else 1 - design.share if chosen.holds else design.share
+    complete = admissible <= run.keys() and (design is None or design.count == 0)
     if complete and all(grade == Grade.REFUTED for grade in run.values()):
         return Outcome.CONTRADICTED
-    if chosen == Grade.UNDECIDED or len({grade.holds for grade in run.values()}) > 1:
+    if chosen == Grade.UNDECIDED or len({grade.holds for grade in run.values()}) > 1 or against > FEW:
         return Outcome.UNDERSPECIFIED
     words = {Grade.REPRODUCED: Outcome.REPRODUCED, Grade.IN_SHAPE: Outcome.IN_SHAPE}
     return words.get(chosen, Outcome.NOT_REPRODUCED)

@@ -56,6 +56,8 @@ class Verdict:
         Share of the admissible readings in which the claim holds, in words; empty where only one was run.
     flips
         Names of the readings whose grade is on the other side of the chosen one's.
+    design
+        Share of the readings of a space-filling design in which the claim holds, in words; empty where none was run.
     """
 
     paper: str
@@ -66,3 +68,4 @@ class Verdict:
     sentence: str = ""
     readings: str = ""
     flips: tuple[str, ...] = ()
+    design: str = ""

@@ -190,6 +190,7 @@ def as_json() -> str:
                     "reason": verdicts[paper.key, claim.id].sentence,
                     "readings": verdicts[paper.key, claim.id].readings,
                     "flipped_by": verdicts[paper.key, claim.id].flips,
+                    "design": verdicts[paper.key, claim.id].design,
                 }
                 for claim in paper.claims
             ],

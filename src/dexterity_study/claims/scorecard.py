@@ -117,7 +117,9 @@ def claim_table(
         verdict = verdicts[paper.key, claim.id]
         link = f"{target or f'../{page_of(claim.chapter)}.html'}#claim-{claim.id}"
         flips = f"Flipped by {', '.join(verdict.flips)}" if verdict.flips else ""
-        note = ". ".join(filter(None, [claim.where, verdict.sentence.rstrip("."), verdict.readings, flips]))
+        note = ". ".join(
+            filter(None, [claim.where, verdict.sentence.rstrip("."), verdict.readings, flips, verdict.design])
+        )
         rows[f"claim-{claim.id}"] = [
             Cell(claim.says, f"{note}.", "headline" if claim.id in paper.headlines else ""),
             Cell(claim.printed),
