@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
@@ -9,11 +11,13 @@ from matplotlib.figure import Figure
 
 from dexterity import robots, scenes
 from dexterity.indices import Ellipsoid, Frame, Index, normalise, velocity_ellipsoid
+from dexterity.scenes.colors import COLORS
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.uvms.indices import kink
 from dexterity_study.uvms.indices.experiment import MOTIONS, ONES, VEHICLE_LOCKED
 from dexterity_study.uvms.kinematics.show import changes_by_joint, vehicle_scene
 
@@ -97,3 +101,41 @@ def changes_of_kci(stored: Evidence) -> Figure:
     """Draw by how much each joint alone changes KCI, about the world's origin and about the tool."""
     frames = {"world's origin (paper)": "chosen", "tool": "which-jacobian=body"}
     return changes_by_joint(stored["changes_of_kci"], "KCI", "KCI is taken about", frames)
+
+
+def kink_line(at: torch.Tensor) -> Figure:
+    """Draw KCI and its two smallest singular values along the vehicle's pitch through a kink at `at` (12,)."""
+    angles, sigma = kink.line(at, 200)
+    fig, (top, bottom) = plt.subplots(2, figsize=(figures.WIDTH, 3.8), sharex=True)
+    top.plot(angles, sigma[:, 5] / sigma[:, 0], color=COLORS["blue"], label="KCI")
+    bottom.plot(angles, sigma[:, 4], "-", color=COLORS["orange"], label="$σ_5$")
+    bottom.plot(angles, sigma[:, 5], "--", color=COLORS["blue"], label="$σ_6$")
+    top.set(ylabel="KCI")
+    bottom.set(ylabel="singular value", xlabel="pitch θy of the vehicle [°]")
+    fig.legend(loc="outside upper center", ncols=3)
+    return fig
+
+
+def kink_surface(at: torch.Tensor) -> Figure:
+    """Draw the two smallest singular values, each over the largest, above the joints that meet at a kink (12,)."""
+    sheet = kink.sheet(at, 25)
+    x, y = torch.meshgrid(sheet.first_deg, sheet.second_deg, indexing="ij")
+    fig = plt.figure(figsize=(figures.WIDTH, 4.0))
+    ax = fig.add_subplot(projection="3d", elev=14, azim=-58)
+    names = {4: (COLORS["orange"], "$σ_5/σ_1$"), 5: (COLORS["blue"], "$σ_6/σ_1$ = KCI")}
+    look: dict[str, Any] = {
+        "rcount": 25,
+        "ccount": 25,
+        "linewidth": 0.4,
+        "edgecolor": "#808080",
+        "shade": False,
+    }
+    for i, (color, label) in names.items():
+        height = (sheet.sigma[..., i] / sheet.sigma[..., 0]).numpy()
+        ax.plot_surface(x.numpy(), y.numpy(), height, color=color, label=label, **look)
+    ticks = (-15, 0, 15)
+    ax.set(xticks=ticks, yticks=ticks, xlabel="θy [°]", ylabel="elbow [°]")
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_pane_color((0.0, 0.0, 0.0, 0.0))
+    fig.legend(loc="outside upper center", ncols=2)
+    return fig
