@@ -6,9 +6,9 @@ A folder a paper, `data/papers/<key>/`, with `paper.toml`, `claims.toml`, `setti
 
 import functools
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
-from datetime import date
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import date, datetime
 from typing import Any, Literal, TypeVar
 
 from dexterity import store
@@ -149,7 +149,7 @@ class Setting(_Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class _Head:
-    """What identifies a paper, and the claims that the start page shows."""
+    """What identifies a paper, the claims that the start page shows, and when its chapters were first compared with it."""
 
     key: str
     letter: str
@@ -159,6 +159,7 @@ class _Head:
     year: int
     doi: str
     headlines: tuple[str, ...] = ()
+    compared: Mapping[str, datetime] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,6 +178,20 @@ class Paper(_Head):
         for claim in self.claims:
             for name in claim.assumes or ():
                 strict.require_known(name, known, f"claim {claim.id!r} rests on the unknown assumption")
+        for assumption in self.assumptions:
+            self._check_what_set(assumption)
+
+    def _check_what_set(self, one: readings.Assumption) -> None:
+        """Refuse what calls itself declared and was written down after a comparison, or fits what is not printed."""
+        compared = self.compared.get(one.chapter)
+        if one.by == "declared" and (compared is None or one.set >= compared):
+            raise ValueError(
+                f"assumption {one.id!r} is declared, and was set at {one.set}; {one.chapter} was first compared with "
+                f"the paper at {compared}"
+            )
+        for name in one.fits:
+            complaint = f"assumption {one.id!r} fits the unknown claim or setting"
+            _named(name, (*self.claims, *self.settings), complaint)
 
     def claim(self, name: str) -> Claim:
         """Return the claim of that id; ValueError, with the nearest ids, if there is none."""

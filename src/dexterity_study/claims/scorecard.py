@@ -139,12 +139,12 @@ def assumption_table(*names: str) -> Markup:
     flips = Counter(
         part.partition("=")[0] for one in verdicts for name in set(one.flips) for part in name.split("+")
     )
-    columns = ("Missing", "Chosen", "Others", "Verdicts changed")
+    columns = ("Missing", "Chosen", "Set, and by what", "Others", "Verdicts changed")
     parts = []
     for paper in load_papers():
         own = [one for one in paper.assumptions if not names or one.chapter in names]
         own.sort(key=lambda one: -flips[one.id])
-        rows = {f"assumption-{one.id}": _assumption_cells(one, flips[one.id]) for one in own}
+        rows = {f"assumption-{one.id}": _assumption_cells(paper, one, flips[one.id]) for one in own}
         first = dict(list(rows.items())[: SHOWN_ASSUMPTIONS if names else None])
         rest = {name: cells for name, cells in rows.items() if name not in first}
         if first:
@@ -170,14 +170,30 @@ def _is_shown(paper: Paper, claim: Claim, verdict: Verdict) -> bool:
     return claim.id in paper.headlines or verdict.outcome not in plain
 
 
-def _assumption_cells(one: Assumption, flips: int) -> list[Cell]:
+def _assumption_cells(paper: Paper, one: Assumption, flips: int) -> list[Cell]:
     others = "; ".join(f"{other.name} ({other.origin})" for other in one.alternatives)
     return [
         Cell(one.missing, f"{one.where}; matters to {one.chapter}. {one.why}"),
-        Cell(one.chosen, f"origin: {one.origin}; set on {one.set.isoformat()}, {one.relative} the results"),
+        Cell(one.chosen, f"origin: {one.origin}"),
+        Cell(*_what_set(paper, one)),
         Cell(others or "–"),
         Cell(str(flips) if one.alternatives else "–"),
     ]
+
+
+def _what_set(paper: Paper, one: Assumption) -> tuple[str, str]:
+    """Return what set an assumption, and when and how."""
+    day = f"{one.set:%Y-%m-%d}"
+    if one.by == "declared":
+        return "declared", f"{day}, before the first results of its chapter"
+    if one.by == "known":
+        return "known results", f"{day}. {one.basis}"
+    return "fitted", f"{day}. {one.basis} Printed: {'; '.join(_printed(paper, name) for name in one.fits)}"
+
+
+def _printed(paper: Paper, name: str) -> str:
+    where = next(entry.where for entry in (*paper.claims, *paper.settings) if entry.id == name)
+    return f"{where}, {name}"
 
 
 def _count(number: int, noun: str) -> str:

@@ -8,7 +8,7 @@ import functools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import date
+from datetime import datetime
 from typing import Literal, TypeAlias
 
 from dexterity import store
@@ -73,9 +73,14 @@ class Assumption:
     origin
         Source of the choice.
     set
-        Day on which it was written down.
-    relative
-        Whether that was before or after the chapter's first results were there.
+        Time of the commit in which it was first written down.
+    by
+        What set it: *declared*, before the first results of its chapter and with no result that bears on it; *known*,
+        when results that bear on it were there; or *fitted* to printed values.
+    basis
+        The results that were known, or how the printed values were used, in a sentence; empty if it was declared.
+    fits
+        Ids of the claims and settings whose printed values it was fitted to.
     value
         What is chosen, for code; None if it is no variable of any code.
     alternatives
@@ -89,8 +94,10 @@ class Assumption:
     chosen: str
     why: str
     origin: Origin
-    set: date
-    relative: Literal["before", "after"]
+    set: datetime
+    by: Literal["declared", "known", "fitted"]
+    basis: str = ""
+    fits: tuple[str, ...] = ()
     value: Value | None = None
     alternatives: tuple[Alternative, ...] = ()
 
@@ -104,6 +111,20 @@ class Assumption:
             raise ValueError("the chosen and all alternatives have a value, or none has")
         values = (self.value, *(alternative.value for alternative in self.alternatives))
         strict.require_unique(f"the value {value!r}" for value in values if value is not None)
+        self._check_what_set_it()
+
+    def _check_what_set_it(self) -> None:
+        if self.set.tzinfo is None:
+            raise ValueError(f"set is {self.set}, which needs a time zone")
+        if (self.by == "declared") != (not self.basis):
+            raise ValueError(
+                f"by is {self.by!r} and the basis is {self.basis!r}; all but what is declared needs one"
+            )
+        if not (self.by == "fitted") == (self.origin == "fitted") == bool(self.fits):
+            raise ValueError(
+                f"by is {self.by!r}, the origin {self.origin!r}, and fits {self.fits}; what is fitted has the origin "
+                "'fitted' and names the printed values"
+            )
 
 
 @functools.cache

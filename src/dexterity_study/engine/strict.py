@@ -4,7 +4,7 @@ import difflib
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
-from datetime import date
+from datetime import date, datetime
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Protocol, TypeVar, Union, get_args, get_origin
@@ -155,7 +155,7 @@ def _has_origin(*origins: Any) -> Callable[[Any], bool]:
 
 _CONVERTER = cattrs.Converter(forbid_extra_keys=True)
 _CONVERTER.register_structure_hook(float, _number)
-for _kind in (bool, int, str, date):
+for _kind in (bool, int, str, date, datetime):
     _CONVERTER.register_structure_hook(_kind, _exactly(_kind))
 _CONVERTER.register_structure_hook_func(_has_origin(tuple), _tuple)
 _CONVERTER.register_structure_hook_func(_has_origin(Union, UnionType), _union)

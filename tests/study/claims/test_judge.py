@@ -1,6 +1,6 @@
 """The rule book, rule by rule at its thresholds, and what other readings do to a verdict."""
 
-from datetime import date
+from datetime import UTC, date, datetime
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ from dexterity_study.claims.ledger import Claim, Near, Paper
 from dexterity_study.claims.outcome import Outcome
 from dexterity_study.engine.readings import Alternative, Assumption
 
+SET = datetime(2026, 1, 1, tzinfo=UTC)
 HEAD = {"key": "p", "letter": "P", "title": "t", "authors": ("a",), "journal": "j", "year": 2000, "doi": "d"}
 
 
@@ -26,7 +27,7 @@ def assumption(*alternatives, origin="text"):
     others = tuple(Alternative(name=name, origin=origin, why="why", value=name) for name in alternatives)
     return Assumption(
         id="step", where="w", missing="m", chapter="uvms.tiny", chosen="one", why="why", origin="text",
-        set=date(2026, 1, 1), relative="before", value="one", alternatives=others,
+        set=SET, by="known", basis="Something.", value="one", alternatives=others,
     )  # fmt: skip
 
 

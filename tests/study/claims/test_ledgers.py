@@ -16,6 +16,9 @@ authors = ["A. Nonymous"]
 journal = "A journal"
 year = 2016
 doi = ""
+
+[compared]
+"part.chapter" = 2026-01-31T10:00:01Z
 """,
     "claims.toml": """
 [[claims]]
@@ -58,8 +61,8 @@ chapter = "part.chapter"
 chosen = "Ten."
 why = "It is round."
 origin = "text"
-set = 2026-01-31
-relative = "before"
+set = 2026-01-31T10:00:00Z
+by = "declared"
 """,
 }
 
@@ -147,6 +150,12 @@ def test_an_unknown_paper_is_answered_with_those_there_are(write_paper):
         ("claims.toml", 'id = "order"', 'id = "share"', "share occurs more than once"),
         ("claims.toml", 'id = "order"', 'id = "size"', "size occurs more than once"),
         ("claims.toml", '["limit"]', '["limt"]', "claim 'share' rests on .*'limt'; the nearest are limit"),
+        (
+            "assumptions.toml",
+            'by = "declared"',
+            'by = "known"',
+            "entry 'limit': .*all but what is declared needs one",
+        ),
         ("settings.toml", 'note = "It is small."', "note = 3", "entry 'size': .*is not of type str"),
         ("settings.toml", "[[settings]]", "[[claims]]", "has the keys claims"),
     ],
@@ -154,6 +163,28 @@ def test_an_unknown_paper_is_answered_with_those_there_are(write_paper):
 def test_a_malformed_ledger_is_refused_by_file_and_entry(write_paper, file, old, new, complaint):
     write_paper(file, old, new)
     with pytest.raises(ValueError, match=f"(?s)^paper/{file}: .*{complaint}"):
+        ledger.load_paper("paper")
+
+
+@pytest.mark.parametrize(("old", "new"), [("10:00:01", "10:00:00"), ("part.chapter", "part.other")])
+def test_what_was_set_after_a_comparison_is_not_declared(write_paper, old, new):
+    write_paper("paper.toml", old, new)
+    with pytest.raises(
+        ValueError, match="assumption 'limit' is declared, and was set at 2026-01-31 10:00:00"
+    ):
+        ledger.load_paper("paper")
+
+
+def test_what_is_fitted_names_what_is_printed(write_paper):
+    fitted = 'by = "fitted"\nbasis = "Read off."\nfits = ["shape"]'
+    write_paper(
+        "assumptions.toml",
+        'origin = "text"\nset = 2026-01-31T10:00:00Z\nby = "declared"',
+        f'origin = "fitted"\nset = 2026-01-31T11:00:00Z\n{fitted}',
+    )
+    with pytest.raises(
+        ValueError, match=r"assumption 'limit' fits the unknown .*'shape'; the nearest are share"
+    ):
         ledger.load_paper("paper")
 
 

@@ -57,6 +57,17 @@ def test_the_answer_of_a_chapter_names_claims_of_the_ledgers():
         scorecard.answer("nonsense")
 
 
+def test_the_assumptions_say_when_and_by_what_they_were_set():
+    html = scorecard.assumption_table().html
+    words = {"declared": "declared", "known": "known results", "fitted": "fitted"}
+    for one in (assumption for paper in load_papers() for assumption in paper.assumptions):
+        row = re.search(rf'id="assumption-{one.id}".*?</tbody>', html, flags=re.S)
+        assert row is not None
+        assert words[one.by] in row[0]
+        assert f"{one.set:%Y-%m-%d}" in row[0]
+        assert all(name in row[0] for name in one.fits)
+
+
 def test_the_file_of_all_verdicts_has_every_claim():
     papers = json.loads(overview.as_json())["papers"]
     listed = {(paper["key"], claim["id"]): claim["verdict"] for paper in papers for claim in paper["claims"]}

@@ -1,7 +1,7 @@
 """Readings: values by name, what is refused, and what the papers' own assumptions hold."""
 
 import pickle
-from datetime import date
+from datetime import UTC, datetime
 
 import pytest
 
@@ -18,8 +18,8 @@ chapter = "part.chapter"
 chosen = "Ten."
 why = "It is round."
 origin = "toolbox"
-set = 2026-01-31
-relative = "before"
+set = 2026-01-31T10:00:00Z
+by = "declared"
 value = 10
 
 [[assumptions.alternatives]]
@@ -63,7 +63,8 @@ def paper(write_paper):
 
 def test_an_assumption_is_what_its_entry_says(paper):
     limit = readings.assumptions(paper)[0]
-    assert (limit.id, limit.value, limit.set, limit.relative) == ("limit", 10, date(2026, 1, 31), "before")
+    at = datetime(2026, 1, 31, 10, tzinfo=UTC)
+    assert (limit.id, limit.value, limit.set, limit.by) == ("limit", 10, at, "declared")
     assert [(other.name, other.value) for other in limit.alternatives] == [("twenty", 20), ("1.5", (1.5, 2))]
 
 
@@ -132,8 +133,16 @@ def test_a_name_that_is_none_is_refused(paper, name, complaint):
         ("value = 10", "value = 2026-01-31", "entry 'limit': .*is none of"),
         ("value = 10\n", "", "entry 'limit': .*or none has"),
         ("value = 10", "value = 20", "entry 'limit': .*the value 20 occurs more than once"),
-        ("set = 2026-01-31", 'set = "2026-01-31"', "entry 'limit': .*is not of type date"),
-        ('relative = "before"', 'relative = "during"', "entry 'limit': .*during"),
+        ("set = 2026-01-31T10:00:00Z", 'set = "2026-01-31"', "entry 'limit': .*is not of type datetime"),
+        ("set = 2026-01-31T10:00:00Z", "set = 2026-01-31T10:00:00", "entry 'limit': .*needs a time zone"),
+        ('by = "declared"', 'by = "taste"', "entry 'limit': .*taste"),
+        (
+            'by = "declared"',
+            'by = "declared"\nbasis = "So."',
+            "entry 'limit': .*all but what is declared needs one",
+        ),
+        ('by = "declared"', 'by = "known"', "entry 'limit': .*all but what is declared needs one"),
+        ('by = "declared"', 'by = "fitted"\nbasis = "So."', "entry 'limit': .*what is fitted has the origin"),
         ('origin = "fitted"', 'origin = "taste"', "entry 'limit': .*taste"),
         ('name = "1.5"', 'name = "twenty"', "entry 'limit': .*twenty occurs more than once"),
         ('name = "1.5"', 'name = "a+b"', "entry 'limit': .*'a\\+b'; it must be letters"),
