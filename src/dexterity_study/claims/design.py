@@ -17,7 +17,7 @@ from scipy.stats import chi2_contingency
 CHANCE = 0.01
 """Chance, over all factors together, below which the readings are said to differ by a factor."""
 
-_MOST_LEVELS = 6
+_MOST_LEVELS, _NAMED = 6, 2
 
 
 @dataclass(frozen=True)
@@ -28,16 +28,24 @@ class DesignShare:
     ----------
     holds
         Whether the claim holds, at least in shape, by reading.
+    factors
+        What each reading has of each factor that was varied: a row for each reading, a column for each factor.
     """
 
     holds: pd.Series
+    factors: pd.DataFrame | None = None
 
     def __post_init__(self) -> None:
         if self.holds.empty or self.holds.dtype != bool or self.holds.index.has_duplicates:
             raise ValueError(f"holds needs one truth value for each reading; it is {self.holds}")
 
     @classmethod
-    def of(cls, values: pd.Series | pd.DataFrame, judged: Callable[[Any], bool]) -> DesignShare:
+    def of(
+        cls,
+        values: pd.Series | pd.DataFrame,
+        judged: Callable[[Any], bool],
+        factors: pd.DataFrame | None = None,
+    ) -> DesignShare:
         """Judge the repetitions of each reading together.
 
         Parameters
@@ -47,6 +55,8 @@ class DesignShare:
             where a claim has several. A loop that does not end has the value infinity.
         judged
             Whether the claim holds for the values of one reading.
+        factors
+            What each reading has of each factor.
 
         Raises
         ------
@@ -60,16 +70,18 @@ class DesignShare:
         if np.any(values.isna()):
             raise ValueError("a value of the design is missing; where a loop does not end it is infinity")
         outcomes = {number: judged(own) for number, own in values.groupby(level=0)}
-        return cls(pd.Series(outcomes, dtype=bool))
+        return cls(pd.Series(outcomes, dtype=bool), factors)
 
     def __and__(self, other: DesignShare) -> DesignShare:
         """Return the readings in which two claims hold at once; ValueError if the designs differ."""
         if not self.holds.index.equals(other.holds.index):
             raise ValueError("the claims are judged in different readings")
-        return DesignShare(self.holds & other.holds)
+        return DesignShare(self.holds & other.holds, self.factors)
 
     def __str__(self) -> str:
-        return f"Holds in {self.count} of {self.readings} readings of the design ({self.share:.0%})"
+        text = f"Holds in {self.count} of {self.readings} readings of the design ({self.share:.0%})"
+        by = "" if self.factors is None else self.turns_on(self.factors)
+        return f"{text}. It turns on {by}" if by else text
 
     @property
     def count(self) -> int:
@@ -119,14 +131,16 @@ class DesignShare:
         return frame.set_index(["factor", "level"])
 
     def turns_on(self, factors: pd.DataFrame) -> str:
-        """Return in words the factors by which the readings differ more than by chance; empty if by none."""
+        """Return in words the one or two factors that matter most, of those beyond chance; empty if there is none."""
         compared = self.by_factor(factors)
         limit = CHANCE / factors.shape[1]
         parts = []
         for name, own in compared[compared["chance"] < limit].groupby(level="factor", sort=False):
             shares = own["share"].droplevel("factor").items()
-            parts.append(f"{name} ({', '.join(f'{level}: {share:.0%}' for level, share in shares)})")
-        return "; ".join(parts)
+            parts.append(
+                f"{str(name).replace('_', ' ')} ({', '.join(f'{level}: {share:.0%}' for level, share in shares)})"
+            )
+        return " and ".join(parts[:_NAMED])
 
 
 def _levels(values: pd.Series) -> pd.Series:

@@ -159,7 +159,9 @@ class Judge:
             design=str(design) if design else "",
         )
 
-    def in_design(self, claim: str, values: pd.Series | pd.DataFrame) -> DesignShare:
+    def in_design(
+        self, claim: str, values: pd.Series | pd.DataFrame, factors: pd.DataFrame | None = None
+    ) -> DesignShare:
         """Judge a claim in each reading of a space-filling design.
 
         Parameters
@@ -170,6 +172,8 @@ class Judge:
             What the rule of the claim judges, indexed by reading and repetition: numbers, truth values, or Kendall's
             τ; columns for a number with several parts and for cases, of which each holds if it does in half of the
             repetitions. A loop that does not end has the value infinity.
+        factors
+            What each reading has of each factor that was varied; the verdict then says what it turns on.
 
         Raises
         ------
@@ -177,7 +181,9 @@ class Judge:
             If the index has not two levels, or occurs twice, or a value is missing.
         """
         entry = self.paper.claim(claim)
-        return DesignShare.of(values, lambda own: _RULES[entry.rule](entry, _of_reading(entry, own)).holds)
+        return DesignShare.of(
+            values, lambda own: _RULES[entry.rule](entry, _of_reading(entry, own)).holds, factors
+        )
 
     def refuted(self, claim: str, note: str, ours: str = "") -> Verdict:
         """Contradict a claim by logic; the note has the argument."""
@@ -216,6 +222,22 @@ class Judge:
             return [one for one in self.paper.assumptions if one.id in claim.assumes]
         varied = {pair.partition("=")[0] for reading in readings for pair in reading.split("+")}
         return [one for one in self.paper.assumptions if one.chapter == claim.chapter or one.id in varied]
+
+
+def by_reading(values: Mapping[str, Any]) -> pd.Series:
+    """Put values of several readings below one another, as a judge takes them.
+
+    Parameters
+    ----------
+    values
+        By the name of the reading: a value, a sequence over seeds, or truth values by case.
+    """
+    rows = {
+        (reading, number): value
+        for reading, own in values.items()
+        for number, value in enumerate(own.values() if isinstance(own, Mapping) else np.atleast_1d(own))
+    }
+    return pd.Series(rows).rename_axis(["reading", "seed"])
 
 
 # ---- rules -----------------------------------------------------------------------------------------

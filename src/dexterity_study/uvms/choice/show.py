@@ -102,7 +102,7 @@ def errors_by_way(stored: Evidence) -> Figure:
 
 
 def _draw_limit(ax: Axes) -> None:
-    limit = load_paper("sotiropoulos2016").printed("all-networks-within-two-per-cent")
+    limit = load_paper("sotiropoulos2016").printed("feed-forward-within-two-per-cent")
     ax.axvline(100 * limit, color="#595959", linestyle="--", label="limit of the paper")
 
 

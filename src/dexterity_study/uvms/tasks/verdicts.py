@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from dexterity_study.claims.judge import WEAK, Judge
+import pandas as pd
+
+from dexterity_study.claims.judge import WEAK, Judge, by_reading
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.uvms.indices.verdicts import RANDOM
 
 JUDGEMENTS = (
     "cutting-and-cleaning-need-force",
@@ -38,19 +41,26 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     yield on.underspecified("fine-cutting-needs-both", note, f"τ = {tau['w, KCI']:.2f}")
     speed, torque = tau["w, largest speed"], tau["w, torque about the tool"]
     push = tau["w, push along the tool"]
+    taus = {name: _by_seed(evidence, name) for name in evidence["agreement"].readings}
+    served = ["w, largest speed", "w, torque about the tool", "w, push along the tool"]
     yield on(
         "w-serves-force-too",
-        {"speed": speed >= WEAK, "torque": torque >= WEAK, "push": push >= WEAK},
-        f"Kendall's τ of w, of which {WEAK:g} is needed: {speed:.2f} with the largest speed of the tool, {torque:.2f} with the "
-        f"torque about its axis, {push:.2f} with the force along it.",
+        by_reading({name: (own[served].median() >= WEAK).to_numpy() for name, own in taus.items()}),
+        f"Kendall's τ of w, of which {WEAK:g} is needed, among candidates that hold the tool: {speed:.2f} with its largest "
+        f"speed, {torque:.2f} with the torque about its axis, {push:.2f} with the force along it.",
+        ours=", ".join(
+            f"{name}: {value:.2f}" for name, value in (("speed", speed), ("torque", torque), ("push", push))
+        ),
     )
     spatial, geometric = tau["spatial KCI, accuracy"], tau["geometric KCI, accuracy"]
     yield on(
         "indices-rank-configurations",
-        {"speed, by w": speed >= WEAK, "accuracy, by KCI": spatial >= WEAK},
-        "Both indices order candidates, but the order by KCI depends on the frame: Kendall's τ between the spatial and the "
-        f"geometric KCI is {tau['KCI: spatial, geometric']:.2f}. The spatial one, which the paper uses, agrees with the "
-        f"accuracy of the tool with τ = {spatial:.2f}, the geometric one with τ = {geometric:.2f}.",
+        by_reading(_worse_of_both(taus, Evidence("uvms.indices"))),
+        "Kendall's τ of an index with what its task needs, for the task that comes out worse. Among candidates that hold the "
+        f"tool w has {speed:.2f} with the largest speed. KCI has {spatial:.2f} with the accuracy of the tool in the spatial "
+        f"frame, which the paper uses, and {geometric:.2f} in the geometric one; between the two frames τ is "
+        f"{tau['KCI: spatial, geometric']:.2f}.",
+        form="{:.2f}",
     )
     choice = evidence["choice"]
     median, most = choice.where().median(numeric_only=True), choice.where()["pose"].max()
@@ -60,6 +70,29 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         f"Medians of the largest over the smallest index among candidates whose tool poses agree to {most:.0e}.",
         ours=f"w × {median['w_ratio']:.2f}, KCI × {median['kci_ratio']:.1f}",
     )
+
+
+def _by_seed(evidence: Evidence, reading: str) -> pd.DataFrame:
+    """Return Kendall's τ of a reading, with a row for each seed and a column for each pair."""
+    return evidence["agreement"].where(reading).pivot(index="seed", columns="pair", values="tau")
+
+
+def _worse_of_both(taus: Mapping[str, pd.DataFrame], indices: Evidence) -> dict[str, pd.Series]:
+    """Return the smaller of τ of w with speed and of KCI with accuracy, by reading and seed.
+
+    The candidates of this chapter hold the tool; random configurations are those of the chapter on indices.
+    """
+    held = {
+        name: own[["w, largest speed", "spatial KCI, accuracy"]].min(axis=1) for name, own in taus.items()
+    }
+    geometric = taus["chosen"][["w, largest speed", "geometric KCI, accuracy"]].min(axis=1)
+    random = indices["rankings"].by_seed("tau", over="pair")
+    speed = "w against the largest speed of the tool point"
+    return {
+        **held,
+        "which-jacobian=geometric": geometric,
+        RANDOM: random[[speed, "spatial KCI against accuracy of the tool"]].min(axis=1),
+    }
 
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
