@@ -34,19 +34,30 @@ def page_key(name: str, notebook: NotebookNode) -> str:
 def dependencies(name: str, code: str) -> dict[str, str]:
     """Digest the files that a page depends on.
 
-    A page with results of its own depends on these, on the modules that it imports, and on the chapters that it names;
-    the start page and the scorecard depend on all that there is.
+    A page with results of its own depends on these, on the modules that it imports, on the chapters that it names, and on
+    the results of those that these modules name, as a verdict that rests on another chapter does; the start page and the
+    scorecard depend on all that there is.
     """
     chapters = {name.replace("/", "."), *_texts(code)} & set(_chapters())
     if name.replace("/", ".") not in chapters:
         return {**_modules(tuple(_PACKAGES)), **_data("results/"), **_recorded_runs()}
-    modules = {module for chapter in chapters for module in _inside(f"dexterity_study.{chapter}")}
-    results = (f"results/{chapter.replace('.', '/')}/" for chapter in chapters)
+    own = {module for chapter in chapters for module in _inside(f"dexterity_study.{chapter}")}
+    modules = tuple(sorted(imported_modules(code) | own))
+    read = chapters | _chapters_named_in(modules)
+    results = (f"results/{chapter.replace('.', '/')}/" for chapter in read)
     return {
-        **_modules(tuple(sorted(imported_modules(code) | modules))),
+        **_modules(modules),
         **_data(*results),
-        **{run: state for run, state in _recorded_runs().items() if run.rpartition(".")[0] in chapters},
+        **{run: state for run, state in _recorded_runs().items() if run.rpartition(".")[0] in read},
     }
+
+
+@cache
+def _chapters_named_in(modules: tuple[str, ...]) -> set[str]:
+    """Return the chapters that modules, or what they import from the study, name in their code."""
+    imported = {module for name in modules for module in sources.closure(name)}
+    texts = (_texts(_file(one).read_text("utf-8")) for one in imported if one.startswith("dexterity_study."))
+    return set().union(*texts) & set(_chapters())
 
 
 @cache

@@ -46,6 +46,12 @@ def test_page_that_is_no_chapter_depends_on_everything() -> None:
     assert dependencies("uvms/radial_basis", CHAPTER).items() <= files.items()
 
 
+def test_chapter_depends_on_the_results_that_its_verdicts_read_elsewhere() -> None:
+    files = dependencies("uvms/kinematics", "from dexterity_study.uvms.kinematics import show")
+    assert "results/uvms/cost/counts/chosen.0.csv" in files
+    assert not any(file.startswith("results/docking/") for file in files)
+
+
 def test_chapter_that_names_no_module_does_not_depend_on_the_sources_of_others() -> None:
     files = dependencies("uvms/radial_basis", "print(1)")
     assert "dexterity_study.uvms.radial_basis.experiment" in files
