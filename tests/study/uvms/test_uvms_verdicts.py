@@ -147,6 +147,14 @@ def test_a_loop_that_does_not_end_counts_as_endless_in_the_design(monkeypatch):
     assert unprinted.ends_of_growth("KCI", "spread").tolist() == [0.5, np.inf]
 
 
+def test_a_loop_is_at_the_smallest_size_of_its_own_reading_or_not_at_its_end():
+    index = pd.MultiIndex.from_product([["chosen", "a=b"], [0, 1]], names=["reading", "seed"])
+    ends = pd.Series([3.0, 2.0, 5.0, np.inf], index)
+    assert feed_forward._ends_at_the_smallest(ends, "reading").tolist() == [False, True, True, False]
+    none = pd.Series(np.inf, index)
+    assert not feed_forward._ends_at_the_smallest(none, "reading").any()
+
+
 # ---- timing, choice --------------------------------------------------------------------------------
 
 

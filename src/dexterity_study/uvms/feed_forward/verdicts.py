@@ -55,12 +55,15 @@ def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     loops = {index: ends(evidence, index) for index in GOALS}
     needed = {index: end["neurons"].where(end["passes"], np.inf) for index, end in loops.items()}
     w, kci = (end.xs("chosen") for end in loops.values())
-    smallest = [own.xs("chosen") for own in needed.values()]
+    at_smallest = pd.concat([_ends_at_the_smallest(own, "reading") for own in needed.values()])
+    in_readings = [_ends_at_the_smallest(ends_of_loops(index), "number") for index in GOALS]
     yield on(
         "feed-forward-design-loop",
-        np.concatenate([(own == own.min()) & (own < np.inf) for own in smallest]),
+        at_smallest,
         "Loops, for both indices, that end at the smallest size at which any of them passes. The first network that passes "
         f"depends on the initial weights; for w such networks have {with_range(w['fresh'], '{:.2%}')} on fresh points.",
+        ours=f"{at_smallest['chosen'].sum()} of {len(at_smallest['chosen'])}",
+        design=in_design(on, "feed-forward-design-loop", in_readings[0] & in_readings[1]),
     )
     printed_sizes = evidence["printed_sizes"].where(None, kind=AS_PRINTED).set_index(["reading", "seed"])
     for index, end in (("w", w), ("KCI", kci)):
@@ -129,6 +132,11 @@ def _on_sizes(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
 
 def _listed(errors: pd.DataFrame) -> str:
     return ", ".join(f"{neurons}: {with_range(own, '{:.2%}')}" for neurons, own in errors.items())
+
+
+def _ends_at_the_smallest(neurons: pd.Series, level: str) -> pd.Series:
+    """Return whether loops end at the smallest size at which any of the same reading does."""
+    return (neurons == neurons.groupby(level=level).transform("min")) & (neurons < np.inf)
 
 
 def ends(evidence: Evidence, index: str) -> pd.DataFrame:

@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import kendalltau
 
 from dexterity_study.claims.design import DesignShare
-from dexterity_study.claims.judge import Judge
+from dexterity_study.claims.judge import Judge, by_reading
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.numbers import with_range
@@ -66,13 +66,19 @@ def _on_equations(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
 
 def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     table, fewest, kci = evidence["loop"], _fewest(evidence), smallest(evidence, "KCI")
-    loop = table.where()
+    loop, success, passes_kci = table.where(), table.values("success"), bool((kci < LIMIT).mean() > 0.5)
     yield on(
         "radial-basis-design-loop",
-        {"w": loop["success"].mean() > 0.5, "KCI": (kci < LIMIT).mean() > 0.5},
+        by_reading({name: [own.mean() > 0.5, passes_kci] for name, own in success.groupby(level="reading")}),
         "The loop for w stops at the first spread that passes and not at the best one: over all spreads "
         f"{fewest.median():.0f} neurons are enough. A network of the same size with random centres has "
         f"a testing error of {loop['random_centres'].median():.2%}; the loop's has {loop['testing_error'].median():.2%}.",
+        ours=f"w: {loop['success'].sum()} of {len(loop)} loops pass, KCI: {(kci < LIMIT).sum()} of {len(kci)}",
+        design=in_design(
+            on,
+            "radial-basis-design-loop",
+            pd.DataFrame({index: ends_of_growth(index) < np.inf for index in INDICES}),
+        ),
     )
     yield on(
         "radial-basis-w-neurons",
