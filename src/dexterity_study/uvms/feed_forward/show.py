@@ -10,11 +10,13 @@ from matplotlib.figure import Figure
 from dexterity.networks.design import Design
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page import figures
+from dexterity_study.engine.readings import Reading
+from dexterity_study.page import diagrams, figures
+from dexterity_study.page.diagrams import Arrow, Box
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.numbers import with_range
+from dexterity_study.page.numbers import with_range, written
 from dexterity_study.page.tables import over_seeds, show
-from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LARGER, LIMIT, TRAINED_ON
+from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LARGER, LIMIT, LIMITS, TRAINED_ON
 from dexterity_study.uvms.feed_forward.verdicts import ends
 
 _KINDS = {AS_PRINTED: "with the goal of the paper", TRAINED_ON: "without a goal"}
@@ -24,6 +26,87 @@ _READINGS = {
     "task-point=world-origin": "task point at the origin",
 }
 """Names of kinds of training, damping rules and readings on the page."""
+
+
+def settings() -> Markup:
+    """Set Table 3 of the paper, the settings of both design loops, with our reading of each row."""
+    paper, reading = load_paper("sotiropoulos2016"), Reading.chosen("sotiropoulos2016")
+
+    def of(name: str, kind: str) -> tuple[str, str]:
+        w, kci = paper.printed(f"{kind}-{name}")
+        return written(float(w)), written(float(kci))
+
+    none = ("–", "–")
+    tested = (written(float(paper.printed("test-set-size"))),) * 2
+    spreads = tuple(written(float(limit)) for limit in paper.printed("spread-limit"))
+    first, step = reading["spread-steps"]
+    gives_up = " and ".join(f"{limit} ({index})" for index, limit in LIMITS.items())
+    rows = {
+        r"$E$, testing error": (
+            *of("testing-error-limit", "radial-basis"),
+            *of("testing-error-limit", "feed-forward"),
+            "largest relative error on the test set",
+        ),
+        r"$E_{mse}$, training error": (
+            *of("training-error-goals", "radial-basis"),
+            *of("training-error-goals", "feed-forward"),
+            "in units of the index, squared",
+        ),
+        r"$E_{th}$, error threshold": (
+            *of("error-thresholds", "radial-basis"),
+            *none,
+            "in units of the index, squared",
+        ),
+        r"$L_{iter}$, neurons": (
+            *none,
+            *of("neuron-limit", "feed-forward"),
+            f"radial-basis {reading['radial-basis-neuron-limit']}; feed-forward {gives_up}",
+        ),
+        r"$L_{epochs}$, epochs": (*none, *of("epoch-limit", "feed-forward"), "steps of the trainer"),
+        r"$L_s$, largest spread": (*spreads, *none, f"from {first:g} in steps of {step:g}, rad and m"),
+        r"$T$, test points": (*tested, *tested, "drawn as the training set is"),
+    }
+    heads = ["RBFN, $w$", "RBFN, KCI", "FFBN, $w$", "FFBN, KCI", "our reading"]
+    return show(pd.DataFrame.from_dict(rows, orient="index", columns=heads).rename_axis("setting"))
+
+
+def architecture() -> Figure:
+    """Draw the feed-forward network for w of the printed size, Fig. 4 of the paper."""
+    neurons = load_paper("sotiropoulos2016").printed("feed-forward-w-neurons")
+    return diagrams.layers([f"θ{n}" for n in range(5, 12)], int(neurons), np.tanh, "w")
+
+
+def flow_chart(design: Design) -> Figure:
+    """Draw the design loop, Fig. 6a of the paper, with how often a run passed each box and where it ended."""
+    x = 1.6
+    boxes = {
+        "start": Box("network with one neuron", (x, 4.4), height=0.36),
+        "train": Box("train until $e_{mse} \\leq E_{mse}$\nor $L_{epochs}$ steps", (x, 3.65)),
+        "test": Box("test: $e \\leq E$ ?", (x, 2.75), asks=True),
+        "full": Box("$L_{iter}$ neurons reached?", (x, 1.85), asks=True),
+        "add": Box("add a neuron", (x, 1.05), height=0.36),
+        "pass": Box("return\nthis network", (3.7, 2.75), width=1.25),
+        "stop": Box("return the\nbest network", (3.7, 1.85), width=1.25),
+    }
+    arrows = (
+        Arrow([(x, 4.22), (x, 3.9)]),
+        Arrow([(x, 3.4), (x, 3.0)]),
+        Arrow([(x, 2.5), (x, 2.1)], "no", (x - 0.3, 2.25)),
+        Arrow([(x, 1.6), (x, 1.23)], "no", (x - 0.3, 1.36)),
+        Arrow([(2.8, 2.75), (3.075, 2.75)], "yes", (2.75, 2.55)),
+        Arrow([(2.8, 1.85), (3.075, 1.85)], "yes", (2.75, 1.65)),
+        Arrow([(x, 0.87), (x, 0.65), (0.15, 0.65), (0.15, 3.65), (0.4, 3.65)]),
+    )
+    return diagrams.flow_chart(boxes, arrows, *passages(design), height=4.7)
+
+
+def passages(design: Design) -> tuple[dict[str, int], str]:
+    """Return how often a run of the loop passed each box of its flow chart, and the box where it ended."""
+    trained = len(design.trials)
+    last = "pass" if design.success else "stop"
+    failed = trained - design.success
+    passed = {"start": 1, "train": trained, "test": trained, "full": failed, "add": trained - 1, last: 1}
+    return {name: count for name, count in passed.items() if count}, last
 
 
 def error_by_size(stored: Evidence) -> Figure:

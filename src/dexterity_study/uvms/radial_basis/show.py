@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from dexterity.networks.design import RadialBasisDesign, RadialBasisOptions
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
-from dexterity_study.page import figures
+from dexterity_study.page import diagrams, figures
+from dexterity_study.page.diagrams import Arrow, Box
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import show
@@ -23,6 +26,63 @@ _READINGS = {
     "radial-basis-input-scaling=degrees": "inputs and spread in degrees",
 }
 """Readings of the printed loop that end elsewhere than the chosen one, by their names on the page."""
+
+
+def architecture() -> Figure:
+    """Draw the radial-basis network for w of the printed size, Fig. 5 of the paper."""
+    units = load_paper("sotiropoulos2016").printed("radial-basis-w-neurons")
+    return diagrams.layers(
+        [f"θ{n}" for n in range(5, 12)], int(units), lambda x: np.exp(-np.square(x)), "w", "RBF units"
+    )
+
+
+def flow_chart(design: RadialBasisDesign, options: RadialBasisOptions) -> Figure:
+    """Draw the design loop, Fig. 6b of the paper, with how often a run passed each box and where it ended."""
+    x = 1.6
+    boxes = {
+        "start": Box("first spread", (x, 6.25), height=0.36),
+        "add": Box("add a unit at the largest\nerror; refit", (x, 5.5)),
+        "ready": Box("$e_{mse} < E_{th}$ ?", (x, 4.6), asks=True),
+        "test": Box("test: $e < E$ ?", (x, 3.7), asks=True),
+        "more": Box("$e_{mse} > E_{mse}$ and\nunits left?", (x, 2.75), height=0.6, asks=True),
+        "full": Box("spread $L_s$ reached?", (x, 1.8), asks=True),
+        "raise": Box("raise the spread by a step,\nbegin without units", (x, 0.95)),
+        "pass": Box("return\nthis network", (3.65, 3.7), width=1.2),
+        "stop": Box("return the\nbest network", (3.65, 1.8), width=1.2),
+    }
+    arrows = (
+        Arrow([(x, 6.07), (x, 5.75)]),
+        Arrow([(x, 5.25), (x, 4.85)]),
+        Arrow([(x, 4.35), (x, 3.95)], "yes", (x - 0.36, 4.1)),
+        Arrow([(x, 3.45), (x, 3.05)], "no", (x - 0.3, 3.2)),
+        Arrow([(x, 2.45), (x, 2.05)], "no", (x - 0.3, 2.2)),
+        Arrow([(x, 1.55), (x, 1.2)], "no", (x - 0.3, 1.32)),
+        Arrow([(2.8, 3.7), (3.05, 3.7)], "yes", (2.72, 3.5)),
+        Arrow([(2.8, 1.8), (3.05, 1.8)], "yes", (2.72, 1.6)),
+        Arrow([(0.4, 4.6), (0.24, 4.6), (0.24, 2.75), (0.4, 2.75)], "no", (0.27, 4.7)),
+        Arrow([(2.8, 2.75), (4.42, 2.75), (4.42, 5.5), (2.8, 5.5)], "yes", (2.72, 2.5)),
+        Arrow([(x, 0.7), (x, 0.5), (0.08, 0.5), (0.08, 5.5), (0.4, 5.5)]),
+    )
+    return diagrams.flow_chart(boxes, arrows, *passages(design, options), height=6.5)
+
+
+def passages(design: RadialBasisDesign, options: RadialBasisOptions) -> tuple[dict[str, int], str]:
+    """Return how often a run of the loop passed each box of its flow chart, and the box where it ended."""
+    units = [len(one.mean_square_errors) for one in design.growths]
+    ready = [error < options.error_threshold for one in design.growths for error in one.mean_square_errors]
+    passing = sum(one.success for one in design.growths)
+    spreads, last = len(units), "pass" if design.success else "stop"
+    passed = {
+        "start": 1,
+        "add": sum(units),
+        "ready": sum(units),
+        "test": sum(ready),
+        "more": sum(units) - passing,
+        "full": spreads - passing,
+        "raise": spreads - 1,
+        last: 1,
+    }
+    return {name: count for name, count in passed.items() if count}, last
 
 
 def error_by_spread(stored: Evidence) -> Figure:

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from dexterity import robots
 from dexterity.sampling import TaskSector
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
@@ -21,6 +22,22 @@ from dexterity_study.uvms.sampling.verdicts import TURNED
 
 ERRORS = ("testing_error", "between", "fresh")
 METHODS = {"grid": "grid", "sobol": "Sobol", "uniform": "uniform"}
+
+
+def vehicle_parameters() -> Markup:
+    """Set Table 2 of the paper, the sizes of vehicle and arm, with our reading of each row."""
+    paper, length = load_paper("sotiropoulos2016"), robots.describe("uvms").lengths
+    long, wide, high = paper.printed("vehicle-size")
+    arm = f"$l_2$ = {length['l2']:g} m and $l_3$ = {length['l3']:g} m"
+    rows = {
+        "$h_v$, height": (high, "used in pictures"),
+        "$l_v$, length": (long, f"the arm's base is at the bow: $y_{{MB}}$ = {length['y_MB']:g} m"),
+        "$w_v$, width": (wide, "used in pictures"),
+        "$r_{min}$, inner radius": (paper.printed("inner-radius"), f"difference of the links: {arm}"),
+        "$r_{max}$, outer radius": (paper.printed("outer-radius"), "sum of both links"),
+    }
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=["printed [m]", "our reading"])
+    return show(table.rename_axis("parameter"), "{:.1f}")
 
 
 def wider_spaces(stored: Evidence) -> Figure:
