@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -94,7 +95,7 @@ def flow_chart(
 
 def _draw_box(ax: Axes, box: Box, *, ended: bool, reached: bool) -> None:
     (x, y), w, h = box.at, box.width / 2, box.height / 2
-    line = {
+    line: dict[str, Any] = {
         "edgecolor": COLORS["vermillion"] if ended else INK if reached else GREY,
         "linewidth": 3 if ended else 1.4 if reached else 1.0,
         "facecolor": "none",

@@ -1,12 +1,13 @@
 """The chapter on which network to use: what its rows must satisfy, and how times are read."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from dexterity import networks, robots
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.uvms.choice import experiment, verdicts
+from dexterity_study.uvms.choice import experiment, show, verdicts
 
 SMALL = experiment.SMALL
 
@@ -71,3 +72,15 @@ def test_a_network_is_faster_only_where_quartiles_are_apart():
     speeds = verdicts.speeds(Evidence("uvms.choice", {"cards": table})).xs("w")
     assert speeds["faster"].to_dict() == {"apart": True, "overlap": False, "slower": False}
     assert speeds["ratio"].to_dict() == {"apart": "1.83", "overlap": "indistinguishable", "slower": "0.79"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_smallest_eigenvalue_comes_closer_to_a_tip_than_a_smooth_output(seed):
+    example = show.train_on_a_tip(neurons=6, seed=seed)
+    assert example.errors["smallest eigenvalue"] < 0.5 * example.errors["smooth output"]
+    # The line passes through the tip, where the value is 1.
+    assert example.exact.max() == pytest.approx(1.0)
+    assert example.line[example.exact.argmax()] == pytest.approx(0.0, abs=1e-12)
+    for name, values in example.answers.items():
+        on_line = np.abs(values / example.exact - 1).max()
+        assert on_line <= example.errors[name] * (1 + 1e-2), name

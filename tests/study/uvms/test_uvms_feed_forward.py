@@ -1,7 +1,11 @@
 """The chapter on feed-forward networks: settings of the paper, and what rows must satisfy."""
 
+import re
+from types import SimpleNamespace
+
+from dexterity.networks.problem import End
 from dexterity_study.claims.ledger import load_paper
-from dexterity_study.uvms.feed_forward import experiment
+from dexterity_study.uvms.feed_forward import experiment, show
 
 PAPER = load_paper("sotiropoulos2016")
 SMALL = {"rows": 200, "test": 100, "epochs": 5}
@@ -67,3 +71,40 @@ def test_formulas_hold_and_the_step_tends_to_its_limits():
     assert row["values"] < 1e-12
     assert row["step"] < 1e-10
     assert max(row["small_damping"], row["large_damping"]) < 1e-2
+
+
+def design_of(success, trials):
+    end = End.PASSED if success else End.EXHAUSTED
+    return SimpleNamespace(success=success, end=end, trials=range(trials))
+
+
+def test_a_loop_that_passes_ends_at_its_test():
+    passed, last = show.passages(design_of(True, 3))
+    assert last == "pass"
+    assert passed == {"start": 1, "train": 3, "test": 3, "full": 2, "add": 2, "pass": 1}
+
+
+def test_a_loop_that_passes_at_once_never_adds_a_neuron():
+    passed, _ = show.passages(design_of(True, 1))
+    assert passed == {"start": 1, "train": 1, "test": 1, "pass": 1}
+
+
+def test_a_loop_that_is_given_up_ends_at_its_limit():
+    passed, last = show.passages(design_of(False, 4))
+    assert last == "stop"
+    assert passed == {"start": 1, "train": 4, "test": 4, "full": 4, "add": 3, "stop": 1}
+
+
+def test_table_3_is_set_whole():
+    html = show.settings().html
+    rows = re.findall(r"<tr>(.*?)</tr>", html.partition("<tbody>")[2], re.DOTALL)
+    table = [re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL)[:4] for row in rows]
+    assert table == [
+        ["0.02", "0.02", "0.02", "0.02"],
+        ["1\u00a0×\u00a010⁻⁶", "1\u00a0×\u00a010⁻⁶", "0.001", "5\u00a0×\u00a010⁻⁶"],
+        ["0.01", "0.0001", "–", "–"],
+        ["–", "–", "100", "100"],
+        ["–", "–", "100", "100"],
+        ["10", "10", "–", "–"],
+        ["1,000", "1,000", "1,000", "1,000"],
+    ]

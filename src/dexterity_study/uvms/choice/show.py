@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
+import torch
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from dexterity.networks import train
+from dexterity.networks.feed_forward import Readout
+from dexterity.networks.levenberg_marquardt import Options
+from dexterity.networks.network import View
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page import figures
@@ -104,6 +113,57 @@ def errors_by_way(stored: Evidence) -> Figure:
 def _draw_limit(ax: Axes) -> None:
     limit = load_paper("sotiropoulos2016").printed("feed-forward-within-two-per-cent")
     ax.axvline(100 * limit, color="#595959", linestyle="--", label="limit of the paper")
+
+
+class Tip(NamedTuple):
+    """A function with a tip on a square, and networks that learned it, by the names of their outputs.
+
+    `line` holds places (m) along a line through the tip, `exact` (m) and `answers` (m) values there, and `errors` the
+    largest relative error on a grid of the whole square.
+    """
+
+    line: np.ndarray
+    exact: np.ndarray
+    answers: Mapping[str, np.ndarray]
+    errors: Mapping[str, float]
+
+
+def train_on_a_tip(neurons: int, seed: int, epochs: int = 100, rows: int = 1000, steps: int = 81) -> Tip:
+    """Train two networks with as many neurons on exp(−‖x‖): with a smooth output, and with an eigenvalue."""
+    random = torch.Generator().manual_seed(seed)
+    x = 2 * torch.rand(rows, 2, generator=random, dtype=torch.float64) - 1
+    line = torch.linspace(-1, 1, 201, dtype=torch.float64)
+    through = torch.stack([line, torch.zeros_like(line)], dim=-1)
+    # An odd number of steps has the tip itself.
+    edge = torch.linspace(-1, 1, steps, dtype=torch.float64)
+    square = torch.cartesian_prod(edge, edge)
+    answers, errors = {}, {}
+    outputs: Mapping[str, Readout] = {"smooth output": "identity", "smallest eigenvalue": "cone"}
+    for name, readout in outputs.items():
+        learned = train.for_seeds(
+            View(2, (0, 1)), neurons, x, _tip(x), [seed], Options(epochs=epochs), readout=readout
+        )
+        network = learned[0].network
+        with torch.no_grad():
+            answers[name] = network(through).numpy()
+            errors[name] = float((network(square) / _tip(square) - 1).abs().max())
+    return Tip(line.numpy(), _tip(through).numpy(), answers, errors)
+
+
+def _tip(x: torch.Tensor) -> torch.Tensor:
+    return torch.exp(-x.norm(dim=-1))
+
+
+def tip(example: Tip) -> Figure:
+    """Draw a function with a tip and the networks that learned it, along a line through the tip."""
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.2))
+    ax.plot(example.line, example.exact, color="#808080", lw=4, alpha=0.6, label="function with a tip")
+    for (name, values), line in zip(example.answers.items(), ("--", "-"), strict=True):
+        error = written(100 * example.errors[name], "{:.2g}")
+        ax.plot(example.line, values, line, label=f"{name}, error {error} %")
+    ax.set(xlabel="$x_1$, with $x_2$ = 0", ylabel="value")
+    fig.legend(loc="outside upper center")
+    return fig
 
 
 def selection(stored: Evidence) -> Markup:

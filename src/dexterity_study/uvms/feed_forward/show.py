@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -39,7 +41,7 @@ def settings() -> Markup:
     none = ("–", "–")
     tested = (written(float(paper.printed("test-set-size"))),) * 2
     spreads = tuple(written(float(limit)) for limit in paper.printed("spread-limit"))
-    first, step = reading["spread-steps"]
+    first, step = cast(tuple[float, float], reading["spread-steps"])
     gives_up = " and ".join(f"{limit} ({index})" for index, limit in LIMITS.items())
     rows = {
         r"$E$, testing error": (

@@ -44,6 +44,9 @@ REACHING = torch.tensor(np.radians([0, 0, 0, 0, 0, 0, 10, 20, -40, 15, 25, 0]))
 WAYS = ("exact, numpy", "exact, C", "network, C")
 """What is timed, in this order."""
 
+PANEL = 2.1
+"""Place of the panel along y [m], in front of the reach of the drawn arm."""
+
 NOTICEABLE = 1e-3
 """Time saved in a cycle of a planner that counts as noticed [s]: a hundredth of a cycle, at ten cycles a second."""
 
@@ -55,8 +58,21 @@ def robot() -> scenes.Scene:
     """Set the vehicle with its arm, reaching, with a slider for each joint."""
     scene = vehicle_scene("The vehicle with its arm, with sliders", REACHING, axes=False, height=360)
     scene.add_letters({"tool": robots.uvms().forward(REACHING)[:3, 3]})
+    panel = torch.eye(4, dtype=torch.float64)
+    panel[1, 3] = PANEL
+    scene.add_box((1.2, 0.08, 0.9), pose=panel, name="control panel", color="orange")
+    for number, x in enumerate((-0.35, 0.0, 0.35), start=1):
+        scene.add_path(valve(x), name=f"valve {number}", color="vermillion")
     scene.add_sliders("uvms")
     return scene
+
+
+def valve(x: float, radius: float = 0.1) -> np.ndarray:
+    """Return points (m, 3) [m] of a wheel with four spokes in front of the panel, its axis along y."""
+    turn = np.linspace(0, 2 * np.pi, 33)
+    rim = np.stack([radius * np.cos(turn), np.zeros(33), radius * np.sin(turn)], axis=1)
+    spokes = np.array([(-1, 0, 0), (1, 0, 0), (0, 0, 0), (0, 0, 1), (0, 0, -1)]) * radius
+    return np.concatenate([rim, spokes]) + np.array([x, PANEL - 0.1, 0.0])
 
 
 def surface(w: Function, half_range_deg: float = 120.0, steps: int = 49) -> Figure:

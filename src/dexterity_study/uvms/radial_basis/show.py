@@ -187,6 +187,15 @@ def input_spaces(stored: Evidence) -> Markup:
     return show(pd.DataFrame(cells, index=["neurons"]))
 
 
+def units_for_exact(cost: Evidence) -> str:
+    """Say how many RBF units for w need as many operations as the exact index, counted by the paper's rules."""
+    rows = cost["counts"].where()
+    (of_exact,) = rows.loc[(rows["what"] == "w") & (rows["form"] == "closed form"), "operations"]
+    networks = rows[(rows["what"] == "radial-basis w") & (rows["form"] == "norm")]
+    (of_unit,) = networks["operations"] / networks["neurons"]
+    return f"{of_exact / of_unit:.0f}"
+
+
 def _reached(counts: pd.Series) -> str:
     """Write the median of counts over seeds, of which 0 stands for none."""
     reached = counts[counts > 0]
