@@ -52,6 +52,25 @@ def costs(stored: Evidence, what: str = "value") -> Figure:
     return fig
 
 
+def dearest(times: pd.DataFrame) -> str:
+    """Say which two indices take longest compared with w on the same robot, and what log w takes.
+
+    Parameters
+    ----------
+    times
+        Stored times [s], as the experiment yields them: robot, index, what is computed and the median.
+    """
+    medians = times[times["what"] == "value"].pivot_table("median", "index", "robot", sort=False)
+    factors = (medians / medians.loc["w"]).median(axis="columns").sort_values(ascending=False)
+    (first, second), logarithm = factors.index[:2], factors["log w"]
+    return (
+        f"A value takes {1e9 * np.nanmin(medians):.0f} to {1e9 * np.nanmax(medians):.0f} nanoseconds. Two indices cost the "
+        f"most: {first} takes {factors[first]:.1f} times as long as $w$ on the same robot, and {second} takes "
+        f"{factors[second]:.1f} times as long (medians over the robots). For comparison, $\\log w$ takes {logarithm:.1f} times "
+        "as long as $w$."
+    )
+
+
 def measures() -> Markup:
     """List all measures: formula, bounds, which end is better, and what it needs besides the Jacobian."""
     rows = {}
