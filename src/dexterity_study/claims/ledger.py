@@ -149,7 +149,10 @@ class Setting(_Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class _Head:
-    """What identifies a paper, the claims that the start page shows, and when its chapters were first compared with it."""
+    """What identifies a paper, the claims that the start page shows, and when it was first compared with results.
+
+    `compared` has a time for each chapter, and for an assumption whose results came to its chapter later.
+    """
 
     key: str
     letter: str
@@ -183,11 +186,11 @@ class Paper(_Head):
 
     def _check_what_set(self, one: readings.Assumption) -> None:
         """Refuse what calls itself declared and was written down after a comparison, or fits what is not printed."""
-        compared = self.compared.get(one.chapter)
+        compared = self.compared.get(one.id, self.compared.get(one.chapter))
         if one.by == "declared" and (compared is None or one.set >= compared):
             raise ValueError(
-                f"assumption {one.id!r} is declared, and was set at {one.set}; {one.chapter} was first compared with "
-                f"the paper at {compared}"
+                f"assumption {one.id!r} is declared, and was set at {one.set}; {one.chapter}, or what rests on it, was "
+                f"first compared with the paper at {compared}"
             )
         for name in one.fits:
             complaint = f"assumption {one.id!r} fits the unknown claim or setting"

@@ -86,18 +86,25 @@ def what_was_run(key: str) -> Markup:
     return show(pd.DataFrame([facts]), "{:.1f}")
 
 
-def summary() -> Markup:
-    """Count the claims of each paper by what became of them."""
-    counts = _counts()
+def summary(kind: str = "") -> Markup:
+    """Count the claims of each paper by what became of them.
+
+    Parameters
+    ----------
+    kind
+        Sort of the claims that are counted, such as "value" for printed numbers; all if empty.
+    """
+    counts = _counts(kind)
     rows = {
-        f"summary-{outcome.replace(' ', '-')}": [
+        f"summary-{kind}{'-' if kind else ''}{outcome.replace(' ', '-')}": [
             Cell(outcome, css_class=chip_class(outcome)),
             *(Cell(str(count[outcome])) for count in counts.values()),
         ]
         for outcome in Outcome
     }
     columns = ("Verdict", *(f"Paper {paper.letter}" for paper in counts))
-    return Markup(table("How many claims came out how", columns, rows))
+    what = {"": "claims", "value": "printed numbers"}.get(kind, f"claims of kind {kind}")
+    return Markup(table(f"How many {what} came out how", columns, rows))
 
 
 def scorecard(key: str) -> Markup:
@@ -230,9 +237,13 @@ def renewed(text: str) -> str:
     return f"{before}{BEGIN}\n{as_markdown()}\n{END}{after}"
 
 
-def _counts() -> dict[Paper, Counter[Outcome]]:
+def _counts(kind: str = "") -> dict[Paper, Counter[Outcome]]:
     return {
-        paper: Counter(one.outcome for one in all_verdicts() if one.paper == paper.key)
+        paper: Counter(
+            one.outcome
+            for one in all_verdicts()
+            if one.paper == paper.key and kind in ("", paper.claim(one.claim).kind)
+        )
         for paper in load_papers()
     }
 

@@ -175,6 +175,15 @@ def test_what_was_set_after_a_comparison_is_not_declared(write_paper, old, new):
         ledger.load_paper("paper")
 
 
+def test_an_assumption_that_came_later_is_held_against_its_own_results(write_paper):
+    write_paper(
+        "paper.toml",
+        '"part.chapter" = 2026-01-31T10:00:01Z',
+        '"part.chapter" = 2026-01-01T10:00:00Z\nlimit = 2026-02-01T10:00:00Z',
+    )
+    assert ledger.load_paper("paper").assumptions[0].by == "declared"
+
+
 def test_what_is_fitted_names_what_is_printed(write_paper):
     fitted = 'by = "fitted"\nbasis = "Read off."\nfits = ["shape"]'
     write_paper(

@@ -41,6 +41,13 @@ def test_chapters_scorecards_and_summary_show_the_same_verdicts():
     assert sum(map(int, cells)) == len(whole) == len(scorecard.all_verdicts())
 
 
+def test_printed_numbers_are_counted_apart():
+    html = overview.summary("value").html
+    numbers = [claim for paper in load_papers() for claim in paper.claims if claim.kind == "value"]
+    assert sum(map(int, re.findall(r"<td[^>]*>(\d+)</td>", html))) == len(numbers) > 0
+    assert 'id="summary-value-reproduced"' in html
+
+
 def test_headlines_and_what_was_not_reproduced_are_not_folded():
     for chapter in chapters():
         html = scorecard.verdict_table(chapter).html

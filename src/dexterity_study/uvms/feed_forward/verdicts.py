@@ -41,7 +41,10 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
 
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
-    """Figures that must hold for the book to be accepted."""
+    """Figures that must hold for the book to be accepted.
+
+    The limits of the networks guard the stored evidence: they are medians seen before, rounded up, and judge no claim.
+    """
     for metric in ("values", "step"):
         deviation = float(evidence["formulas"].values(metric).max())
         yield Acceptance(f"{metric}, against the printed formula", deviation, 1e-10)

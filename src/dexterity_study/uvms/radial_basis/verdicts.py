@@ -69,7 +69,9 @@ def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     loop, success, passes_kci = table.where(), table.values("success"), bool((kci < LIMIT).mean() > 0.5)
     yield on(
         "radial-basis-design-loop",
-        by_reading({name: [own.mean() > 0.5, passes_kci] for name, own in success.groupby(level="reading")}),
+        by_reading(
+            {str(name): [own.mean() > 0.5, passes_kci] for name, own in success.groupby(level="reading")}
+        ),
         "The loop for w stops at the first spread that passes and not at the best one: over all spreads "
         f"{fewest.median():.0f} neurons are enough. A network of the same size with random centres has "
         f"a testing error of {loop['random_centres'].median():.2%}; the loop's has {loop['testing_error'].median():.2%}.",
