@@ -2,6 +2,9 @@
 
 from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
+import numpy as np
+
 from dexterity.networks.design import RadialBasisOptions
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.uvms.radial_basis import show
@@ -33,3 +36,18 @@ def test_operations_of_the_exact_index_in_units():
     counts = Evidence("uvms.cost")["counts"].where().set_index(["what", "form"])["operations"]
     assert counts["w", "closed form"] / 26 - 0.5 <= int(show.units_for_exact(Evidence("uvms.cost")))
     assert int(show.units_for_exact(Evidence("uvms.cost"))) <= counts["w", "closed form"] / 26 + 0.5
+
+
+def test_growth_is_drawn_for_the_spreads_of_both_indices():
+    stored = Evidence("uvms.radial_basis")
+    figure = show.growth_by_spread(stored)
+    for ax, index in zip(figure.axes, ("w", "KCI"), strict=True):
+        rows = stored["growth"].where(index=index).query("spread == 8.9")
+        (line,) = [line for line in ax.lines if line.get_label() == "8.9"]
+        # The last size is the one to which every network was grown.
+        smallest = 100 * rows["smallest"].median()
+        assert smallest <= np.asarray(line.get_ydata())[-1] * (1 + 1e-6)
+        shared = {line.get_label() for line in ax.lines if not line.get_label().startswith("_")}
+        assert {"0.5", "1", "8.9"} <= shared
+        assert "0.1" not in shared
+    plt.close(figure)

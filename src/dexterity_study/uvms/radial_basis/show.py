@@ -156,6 +156,33 @@ def growth(stored: Evidence) -> Figure:
     return fig
 
 
+def growth_by_spread(stored: Evidence) -> Figure:
+    """Draw the median testing error over the seeds against the number of units, for the spreads of both indices."""
+    fig, panels = plt.subplots(2, 1, figsize=(figures.WIDTH, 4.6), sharex=True)
+    paper, grown = load_paper("sotiropoulos2016"), stored["growth"]
+    spreads = {index: growth_of(stored, index)["spread"].unique() for index in INDICES}
+    common = np.array(sorted(set.intersection(*map(set, spreads.values()))))
+    colors = plt.get_cmap("cividis")(np.linspace(0, 0.9, len(common)))
+    for ax, index in zip(panels, INDICES, strict=True):
+        sizes, errors = grown.array(f"{index}_sizes")[0], grown.array(f"{index}_error")
+        for spread, color in zip(common, colors, strict=True):
+            (place,) = np.flatnonzero(spreads[index] == spread)
+            ax.plot(sizes, 100 * np.median(errors[:, place], axis=0), color=color, label=f"{spread:g}")
+        limit = 100 * paper.printed(f"radial-basis-{index.lower()}-error")
+        ax.axhline(limit, color="#595959", ls=":")
+        ax.set(xscale="log", yscale="log", title=_head(index), ylabel="testing error [%]")
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("")
+        ax.set_xticks([1, 10, 100], labels=["1", "10", "100"])
+    panels[1].set_yticks([5, 10, 20, 50], labels=["5", "10", "20", "50"])
+    panels[1].set(xlabel="RBF units")
+    legend = panels[0].get_legend_handles_labels()
+    fig.legend(
+        *legend, title="spread [rad, m]", loc="outside upper center", ncols=len(common), columnspacing=1
+    )
+    return fig
+
+
 def loops(stored: Evidence) -> Markup:
     """Set where the printed loop for w ends, for each reading with a result of its own."""
     rows = stored["loop"].where(None)
