@@ -6,7 +6,8 @@ Source: Sotiropoulos & Aspragathos (2016), sections 4.3–4.5, Table 4 and Appen
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -69,6 +70,10 @@ def counts(reading: Mapping[str, Any], expand: bool = True) -> Iterator[Row]:
         forms["Jacobian", f"reduced, for {name}"] = operations.count_program(derivation.jacobian)
     for method in ("terms", "minors", "elimination"):
         forms["determinant", method] = operations.determinant(m, method)
+    flat = {symbol: 0 for symbol in chain.lengths if str(symbol) == "l1"}
+    for form, full in (("written out", J), ("written out, as printed in Eq. 6", J_as_printed)):
+        forms["Jacobian", f"{form}, l1 = 0"] = operations.count(full.xreplace(flat).flat())
+    forms["Jacobian", "written out, terms shared, l1 = 0"] = operations.count_shared(J.xreplace(flat).flat())
     for (what, form), counted in forms.items():
         yield {"what": what, "form": form, **asdict(counted), "operations": counted.total}
     neurons = {
@@ -86,6 +91,50 @@ def counts(reading: Mapping[str, Any], expand: bool = True) -> Iterator[Row]:
                 counted = count(form=form, **size)
                 row = {"what": f"{kind} {name}", "form": form, **asdict(counted)}
                 yield {**row, "operations": counted.total, **size}
+    for name, count in neurons["radial-basis"].items():
+        counted = without_sum_of_norm(EVERY_INPUT, count)
+        row = {"what": f"radial-basis {name}", "form": "norm without its sum, eleven inputs"}
+        size = {"neurons": count, "inputs": EVERY_INPUT}
+        yield {**row, **asdict(counted), "operations": counted.total, **size}
+
+
+EVERY_INPUT = 11
+"""Inputs that the paper counts for both radial-basis networks; the last joint is none of them."""
+
+
+def without_sum_of_norm(inputs: int, neurons: int) -> Operations:
+    """Count a radial-basis network with Eq. 18's norm, but without the d - 1 additions of the norm's sum.
+
+    That leaves d + 1 additions and d + 5 multiplications per neuron for d inputs.
+    """
+    counted = operations.radial_basis(inputs, neurons, "norm")
+    return Operations(counted.additions - neurons * (inputs - 1), counted.multiplications)
+
+
+@experiment(keys=("link", "point"), smoke={"links": (7,), "points": (8, 10)}, **OF_DATA)
+def places(
+    links: Sequence[int] = (0, *range(4, 13)), points: Sequence[int] = (0, 4, 8, 9, 10)
+) -> Iterator[Row]:
+    """Operations of w by the link whose axes the Jacobian is written in and by the point that it is taken about.
+
+    Link 0 is the world, links 7 to 12 are the arm's. Point 0 is the world's origin, point i lies on the axis of
+    joint i: 4 the vehicle's middle, 8 the shoulder, 9 the elbow, 10 the wrist. Of the entries it has the number
+    that are zero, and the largest number of joint values in one of them.
+    """
+    taken = symbolic.derive(symbolic_uvms(), INDICES["w"])
+    for link, point in product(links, points):
+        moved = replace(taken, link=link, reference=point)
+        root = operations.count([sympy.sqrt(_a)])
+        entries = moved.jacobian.nested()
+        yield {
+            "link": link,
+            "point": point,
+            "taken": (link, point) == (taken.link, taken.reference),
+            "operations": (operations.count_program(moved.squared_manipulability) + root).total,
+            "jacobian": operations.count_program(moved.jacobian).total,
+            "zeros": sum(entry == 0 for entry in entries),
+            "joints": max(len(entry.free_symbols & set(moved.joint_values)) for entry in entries),
+        }
 
 
 @experiment(**OF_DATA)
@@ -101,8 +150,8 @@ def algebra() -> Iterator[Row]:
     sine = _SINE.subs({_exponent: sympy.I * x, _divisor: 2 * sympy.I}) - sympy.sin(x)
     cosine = _COSINE.subs({_exponent: sympy.I * x, _divisor: 2}) - sympy.cos(x)
     chain = symbolic_uvms()
-    values: dict[Expr, Expr] = {length: sympy.Rational(str(m)) for length, m in _lengths(chain).items()}
-    for i, q in enumerate(_joints(chain)):
+    values: dict[Expr, Expr] = {length: sympy.Rational(str(m)) for length, m in lengths_of(chain).items()}
+    for i, q in enumerate(joint_symbols(chain)):
         half = sympy.Rational(1, i + 2)
         values[sympy.sin(q)] = 2 * half / (1 + half**2)
         values[sympy.cos(q)] = (1 - half**2) / (1 + half**2)
@@ -151,7 +200,7 @@ def written_out(chain: SymbolicChain, *, home_in_adjoint: bool = False) -> sympy
     home = sympy.Matrix(chain.tool_axes).row_join(sympy.Matrix(chain.tool)).col_join(last_row)
     T, columns = sympy.eye(4), []
     axes, points = (map(sympy.Matrix, vectors) for vectors in (chain.axes, chain.points))
-    for kind, axis, point, q in zip(chain.kinds, axes, points, _joints(chain), strict=True):
+    for kind, axis, point, q in zip(chain.kinds, axes, points, joint_symbols(chain), strict=True):
         slides = kind == "prismatic"
         v, omega = (axis, sympy.zeros(3, 1)) if slides else (point.cross(axis), axis)
         moved = T * home if home_in_adjoint else T
@@ -173,7 +222,7 @@ class Jacobians:
 
     def __init__(self) -> None:
         chain = symbolic_uvms()
-        joints, entries = _joints(chain), written_out(chain).xreplace(_lengths(chain)).flat()
+        joints, entries = joint_symbols(chain), written_out(chain).xreplace(lengths_of(chain)).flat()
         written, shared = (sympy.lambdify(joints, entries, "math", cse=named) for named in (False, True))
         at_once = sympy.lambdify(joints, entries, "numpy", cse=True)
         self.written: Function = lambda q: np.reshape(written(*q), (6, -1))
@@ -183,11 +232,13 @@ class Jacobians:
         )
 
 
-def _joints(chain: SymbolicChain) -> tuple[Symbol, ...]:
+def joint_symbols(chain: SymbolicChain) -> tuple[Symbol, ...]:
+    """Return the symbols q1 … qn of the joint values."""
     return sympy.symbols(f"q1:{chain.joints + 1}", real=True)
 
 
-def _lengths(chain: SymbolicChain) -> dict[Symbol, float]:
+def lengths_of(chain: SymbolicChain) -> dict[Symbol, float]:
+    """Return the lengths [m] of the robot by their symbols."""
     numbers = robots.describe(chain.name).lengths
     return {length: numbers[str(length)] for length in chain.lengths}
 

@@ -16,10 +16,114 @@ from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import show, stored_and_live
 from dexterity_study.uvms.cost.experiment import INDICES
-from dexterity_study.uvms.cost.verdicts import Counts
+from dexterity_study.uvms.cost.verdicts import KINDS, PRINTED, Counts
 
 PAPER = load_paper("sotiropoulos2016")
 FORMS = ("written out", "terms shared", "reduced")
+
+
+_POINTS = {
+    0: "world's origin",
+    4: "vehicle's middle",
+    8: "shoulder",
+    9: "elbow",
+    10: "wrist",
+}
+"""Names of the points of `experiment.places`."""
+
+
+def in_short(stored: Evidence) -> str:
+    """Say what the exact indices take written out and reduced, and what the networks take beside them."""
+    counts = Counts(stored)
+    parts = []
+    for name in INDICES:
+        written, _, reduced = counts.exact[name]
+        sigmoids, bells = (counts(f"{kind} {name}", form) / reduced for kind, form in PRINTED.items())
+        parts.append(
+            f"The exact {_head(name)} takes {written:,} operations written out and {reduced:,} reduced; the feed-forward network "
+            f"takes {sigmoids:.2g} times and the radial-basis network {bells:.2g} times the reduced number."
+        )
+    return " ".join(parts)
+
+
+def places(stored: Evidence) -> Figure:
+    """Draw the operations of w by the link whose axes are used, a line for each point that J is taken about."""
+    rows = stored["places"].where()
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
+    links = sorted(rows["link"].unique())
+    for (point, own), marker in zip(rows.groupby("point"), "osD^v", strict=True):
+        own = own.set_index("link")["operations"].reindex(links)
+        ax.plot(range(len(links)), own, marker=marker, label=_POINTS[point])
+    (best,) = rows[rows["taken"]].itertuples()
+    ax.plot(links.index(best.link), best.operations, "o", ms=15, mfc="none", mew=2, color="#1F2933")
+    ax.annotate(
+        f"{best.operations}",
+        (links.index(best.link), best.operations),
+        (0, -16),
+        textcoords="offset points",
+        ha="center",
+    )
+    ax.set_xticks(range(len(links)), ["world" if link == 0 else f"{link}" for link in links])
+    ax.set(ylim=(0, None), xlabel="link whose axes are used", ylabel="operations of w")
+    fig.legend(loc="outside upper center", ncols=3)
+    return fig
+
+
+def moved(stored: Evidence) -> str:
+    """Say what the best axes and point do to the entries of the Jacobian, beside the world's."""
+    rows = stored["places"].where().set_index(["link", "point"])
+    world = rows.loc[(0, 0)]
+    (best,) = rows[rows["taken"].astype(bool)].itertuples()
+    return (
+        f"In the world's axes and about its origin, {world['zeros']} of the 72 entries are zero, one entry depends on "
+        f"{world['joints']} joint values, and $w$ takes {world['operations']} operations. In the axes of link {best.Index[0]} and "
+        f"about the {_POINTS[best.Index[1]]}, {best.zeros} entries are zero, no entry depends on more than {best.joints} joint "
+        f"values, and $w$ takes {best.operations} operations."
+    )
+
+
+def lengths(stored: Evidence) -> Markup:
+    """Set the operations of the Jacobian with l1 as a symbol and with l1 = 0, beside the printed number."""
+    counts = Counts(stored)
+    printed = PAPER.printed("jacobian-operations")
+    forms = {
+        "as printed in Eq. 6": "written out, as printed in Eq. 6",
+        "with the right adjoint": "written out",
+        "the same, terms shared": "written out, terms shared",
+    }
+    rows = {
+        title: {
+            "$l_1$ as a symbol": counts("Jacobian", form),
+            "$l_1 = 0$": counts("Jacobian", f"{form}, l1 = 0"),
+            "paper": printed if form == "written out" else None,
+        }
+        for title, form in forms.items()
+    }
+    return show(pd.DataFrame.from_dict(rows, orient="index"), "{:,.0f}")
+
+
+def neurons(stored: Evidence) -> Markup:
+    """Set additions + multiplications per neuron of both radial-basis networks, as printed and by two formulas."""
+    counts, rows = Counts(stored), {}
+    titles = {
+        "norm without its sum, eleven inputs": "$(d + 1) + (d + 5)$, $d = 11$",
+        "norm": "whole norm, own $d$",
+    }
+    for name in INDICES:
+        network = f"radial-basis {name}"
+        size = counts(network, "norm", "neurons")
+        printed = PAPER.printed(f"radial-basis-{name.lower()}-split")
+        ours = {title: [counts(network, form, kind) for kind in KINDS] for form, title in titles.items()}
+        cells = {
+            title: " + ".join(f"{part / size:g}" for part in split)
+            for title, split in {"paper": printed, **ours}.items()
+        }
+        rows[f"{_head(name)}, {size} neurons"] = cells
+    return show(pd.DataFrame.from_dict(rows, orient="index"))
+
+
+def _head(index: str) -> str:
+    return "$w$" if index == "w" else index
 
 
 def forms(stored: Evidence, program: Program, simplified: sympy.Expr) -> Markup:
@@ -81,6 +185,13 @@ def checks(stored: Table, live: Table) -> Markup:
         "laguerre": "KCI by iteration / KCI − 1",
     }
     return show(stored_and_live(stored.where(), live.where(), titles, "{:.0e}"))
+
+
+def gain(timed: Evidence) -> str:
+    """Say how much faster the last program of the ladder is than its first."""
+    rows = timed["ladder"].where(side="exact")
+    factors = {name: own["median"].iloc[0] / own["median"].iloc[-1] for name, own in rows.groupby("index")}
+    return f"Together they make the exact $w$ {factors['w']:,.0f} times and the exact KCI {factors['KCI']:,.0f} times faster."
 
 
 def ladder(timed: Evidence) -> Figure:
