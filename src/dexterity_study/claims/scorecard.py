@@ -16,6 +16,7 @@ from dexterity_study.page.markup import Cell, Markup, element, folded, inline, t
 SHOWN_ASSUMPTIONS = 3
 """Assumptions of a chapter that are not folded."""
 
+_SET_BY = {"declared": "declared", "known": "known results", "fitted": "fitted"}
 _PAGES = {"workspace.baselines": "workspace/estimation"}
 """Pages of the chapters that share one."""
 
@@ -139,7 +140,7 @@ def assumption_table(*names: str) -> Markup:
     flips = Counter(
         part.partition("=")[0] for one in verdicts for name in set(one.flips) for part in name.split("+")
     )
-    columns = ("Missing", "Chosen", "Set, and by what", "Others", "Verdicts changed")
+    columns = ("Missing", "Chosen", "Set by", "Others", "Verdicts changed")
     parts = []
     for paper in load_papers():
         own = [one for one in paper.assumptions if not names or one.chapter in names]
@@ -173,22 +174,21 @@ def _is_shown(paper: Paper, claim: Claim, verdict: Verdict) -> bool:
 def _assumption_cells(paper: Paper, one: Assumption, flips: int) -> list[Cell]:
     others = "; ".join(f"{other.name} ({other.origin})" for other in one.alternatives)
     return [
-        Cell(one.missing, f"{one.where}; matters to {one.chapter}. {one.why}"),
+        Cell(
+            one.missing, f"{one.where}; matters to {one.chapter}. {one.why} {_what_set(paper, one)}".strip()
+        ),
         Cell(one.chosen, f"origin: {one.origin}"),
-        Cell(*_what_set(paper, one)),
+        Cell(_SET_BY[one.by], f"{one.set:%-d %b %Y}"),
         Cell(others or "–"),
         Cell(str(flips) if one.alternatives else "–"),
     ]
 
 
-def _what_set(paper: Paper, one: Assumption) -> tuple[str, str]:
-    """Return what set an assumption, and when and how."""
-    day = f"{one.set:%Y-%m-%d}"
-    if one.by == "declared":
-        return "declared", f"{day}, before the first results of its chapter"
-    if one.by == "known":
-        return "known results", f"{day}. {one.basis}"
-    return "fitted", f"{day}. {one.basis} Printed: {'; '.join(_printed(paper, name) for name in one.fits)}"
+def _what_set(paper: Paper, one: Assumption) -> str:
+    """Return the results that were known, or the printed values that were fitted; empty for what was declared."""
+    if not one.fits:
+        return one.basis
+    return f"{one.basis} Fitted to {'; '.join(_printed(paper, name) for name in one.fits)}."
 
 
 def _printed(paper: Paper, name: str) -> str:

@@ -71,7 +71,7 @@ def test_the_assumptions_say_when_and_by_what_they_were_set():
         row = re.search(rf'id="assumption-{one.id}".*?</tbody>', html, flags=re.S)
         assert row is not None
         assert words[one.by] in row[0]
-        assert f"{one.set:%Y-%m-%d}" in row[0]
+        assert f"{one.set:%-d %b %Y}" in row[0]
         assert all(name in row[0] for name in one.fits)
 
 
