@@ -155,7 +155,9 @@ SAMPLES: dict[str, Arguments] = {
     ),
     "scenes.Scene.add_mechanism": of(
         self=lambda: scenes.Scene("A mechanism"),
-        bodies=(scenes.Body("crank", rods=np.eye(3)[None, :2]),),
+        bodies=(
+            scenes.Body("crank", rods=np.eye(3)[None, :2], arrows=np.eye(3), ball=0.1, stretches=np.ones(3)),
+        ),
         sliders=(),
         name="mechanism",
         pose=np.eye(4),

@@ -736,6 +736,62 @@ def test_between_two_values_a_body_is_between_two_poses() -> None:
         np.testing.assert_allclose(in_world(transforms(scene), "press/crank"), T, atol=2e-4)
 
 
+HALVES = np.linspace(0.0, 1.0, 3)
+BALL = Body(
+    "ball",
+    slider="size",
+    poses=np.stack([np.eye(4)] * 3),
+    ball=0.5,
+    stretches=np.array([[1.0, 1.0, 1.0], [1.0, 2.0, 0.5], [1.0, 4.0, 0.5]]),
+)
+
+
+def test_a_slider_stretches_what_a_body_draws() -> None:
+    scene = Scene("A ball that becomes an ellipsoid")
+    scene.add_mechanism([BALL], [Slider("size", HALVES, 0.75)])
+    np.testing.assert_allclose(
+        in_world(transforms(scene), "mechanism/ball"), np.diag([1, 3, 0.5, 1]), atol=1e-6
+    )
+    (control,) = of_type(scene, "set_slider")
+    np.testing.assert_allclose(control["table"]["bodies"][0]["stretches"], BALL.stretches)
+    # The ball of 0.5 m becomes 2 m long at the end of the slider, and the camera makes room for it.
+    assert np.abs(scene.region).max(axis=0)[1] == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_body_at_rest_can_be_stretched_too() -> None:
+    scene = Scene("A disc")
+    scene.add_mechanism([Body("disc", ball=1.0, stretches=np.array([1.0, 1.0, 0.1]))], [])
+    np.testing.assert_allclose(
+        in_world(transforms(scene), "mechanism/disc"), np.diag([1, 1, 0.1, 1]), atol=1e-6
+    )
+
+
+def test_a_body_draws_arrows_from_its_origin_and_a_ball() -> None:
+    scene = Scene("Arrows")
+    scene.add_mechanism([Body("one", arrows=np.array([[0, 0, 0.5], [0.2, 0, 0]]), ball=0.1)], [])
+    drawn = [
+        path.removeprefix("mechanism/one/") for path in objects(scene) if path.startswith("mechanism/one/")
+    ]
+    arrows = [f"arrow{i}-{part}" for i in (0, 1) for part in ("shaft", "head")]
+    assert drawn == [*arrows, "body", "axis0", "axis1", "axis2"]
+    assert scene.region.max(axis=0) == pytest.approx([0.2, 0.1, 0.5], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("bodies", "reason"),
+    [
+        ([replace(BALL, stretches=np.ones((2, 3)))], "stretches"),
+        ([replace(BALL, stretches=np.zeros((3, 3)))], "stretches are not all positive"),
+        ([BALL, Body("carried", on="ball", rods=ROD)], "has stretches"),
+        ([replace(BALL, ball=-1.0)], "ball is -1.0"),
+        ([replace(BALL, arrows=np.zeros((1, 3)))], "an arrow without length"),
+    ],
+)
+def test_stretches_arrows_and_balls_are_checked(bodies: list[Body], reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        Scene("t").add_mechanism(bodies, [Slider("size", HALVES, 0.0)])
+
+
 def test_the_camera_makes_room_for_what_sliders_do() -> None:
     still = Scene("At rest")
     still.add_mechanism([Body("crank", rods=ROD)], [])

@@ -57,7 +57,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body of a mechanism, drawn as rods and pins, see :class:`~dexterity.scenes.scene.Scene`.
+    """A body of a mechanism: rods, pins, arrows and a ball, see :class:`~dexterity.scenes.scene.Scene`.
 
     Attributes
     ----------
@@ -80,6 +80,14 @@ class Body:
         As in :meth:`~dexterity.scenes.scene.Scene.add_chain`.
     letters
         (3,) points in its own frame [m] by the letters that are drawn there.
+    arrows
+        (a, 3) heads of its arrows, which start at the origin of its own frame [m].
+    ball
+        Radius of a translucent ball with its three axes about the origin of its own frame [m]; 0 for none.
+    stretches
+        (k, 3) positive factors of all that is drawn along the axes of its own frame, one row for each value
+        of the slider, or (3,) without a slider; none by default. They make a ball an ellipsoid and an arrow
+        longer. A body with stretches carries no other one.
     """
 
     name: str
@@ -91,25 +99,32 @@ class Body:
     radius: float = 0.04
     color: str = "#64748B"
     letters: Mapping[str, Array] = field(default_factory=dict)
+    arrows: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    ball: float = 0.0
+    stretches: Array | None = None
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Poses of a frame in the one that carries it, for values (k,) of a slider: positions and quaternions."""
+    """Poses of a frame in the one that carries it, for values (k,) of a slider, as the viewer takes them.
+
+    Positions (k, 3), quaternions (k, 4), and stretches (k, 3) along the frame's own axes.
+    """
 
     slider: Slider
     positions: Array
     turns: Array
+    stretches: Array
 
     def at(self, values: Array) -> Array:
         """Poses (..., 4, 4) for values (...), as ``viewer.js`` interpolates them."""
         known = self.slider.values
-        rows = np.concatenate([self.positions, self.turns], axis=1).T
+        rows = np.concatenate([self.positions, self.turns, self.stretches], axis=1).T
         between = np.stack([np.interp(values, known, row) for row in rows], axis=-1)
         T = np.broadcast_to(np.eye(4), (*np.shape(values), 4, 4)).copy()
         T[..., :3, 3] = between[..., :3]
-        R = Rotation.from_quat(between[..., 3:].reshape(-1, 4)).as_matrix()
-        T[..., :3, :3] = R.reshape(*np.shape(values), 3, 3)
+        R = Rotation.from_quat(between[..., 3:7].reshape(-1, 4)).as_matrix()
+        T[..., :3, :3] = R.reshape(*np.shape(values), 3, 3) * between[..., None, 7:]
         return T
 
 
@@ -167,6 +182,7 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
     frames: dict[str, Array] = {}
     drives: dict[str, Drive] = {}
     drawn: list[Shape] = []
+    stretched: set[str] = set()
     for body in bodies:
         checks.instance(body, "bodies", Body)
         argument = f"bodies {body.name!r}"
@@ -174,21 +190,36 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
             raise ValueError(f"{argument} is no name without a slash, or there already")
         if body.on not in paths:
             raise ValueError(f"{argument} is on {body.on!r}, which does not come before it")
+        if body.on in stretched:
+            raise ValueError(f"{argument} is on {body.on!r}, which has stretches; a rigid body is needed")
         path = paths[body.name] = f"{paths[body.on]}/{node_name(body.name)}"
         if body.slider:
             if body.slider not in sliders:
                 raise ValueError(f"{argument} has the slider {body.slider!r}; there are {sorted(sliders)}")
             slider = sliders[body.slider]
-            drives[path] = _drive(body.poses, slider, f"{argument} poses")
+            drives[path] = _drive(body, slider, argument)
             frames[path] = drives[path].at(np.array(slider.start))
         else:
-            frames[path] = rigid(body.poses, f"{argument} poses")
+            factors = _stretches(body, (3,), argument)
+            frames[path] = rigid(body.poses, f"{argument} poses") @ np.diag([*factors, 1.0])
+        if body.stretches is not None:
+            stretched.add(body.name)
         rods = finite_array(body.rods, f"{argument} rods", (-1, 2, 3))
         pins = finite_array(body.pins, f"{argument} pins", (-1, 3))
         if (rods[:, 0] == rods[:, 1]).all(axis=-1).any():
             raise ValueError(f"{argument} has a rod without length")
         radius = checks.positive(body.radius, f"{argument} radius")
-        drawn += shapes.rods(path, rods, pins, radius, hex_color(body.color))
+        arrows = finite_array(body.arrows, f"{argument} arrows", (-1, 3))
+        if not arrows.any(axis=-1).all():
+            raise ValueError(f"{argument} has an arrow without length")
+        ball = checks.real(body.ball, f"{argument} ball")
+        if not 0 <= ball < math.inf:
+            raise ValueError(f"{argument} ball is {ball}; a radius, or 0 for none, is needed")
+        color = hex_color(body.color)
+        drawn += shapes.rods(path, rods, pins, radius, color)
+        drawn += shapes.arrows(path, arrows, radius, color)
+        if ball:
+            drawn += shapes.ellipsoid(path, np.full(3, ball), color)
         points = {
             checks.name(text, f"{argument} letters"): finite_array(
                 point, f"{argument} letters {text!r}", (3,)
@@ -199,12 +230,22 @@ def assembled(bodies: Sequence[Body], sliders: Mapping[str, Slider], name: str) 
     return frames, drives, drawn
 
 
-def _drive(poses: Array, slider: Slider, argument: str) -> Drive:
-    T = rigid(poses, argument, (len(slider.values), 4, 4))
+def _drive(body: Body, slider: Slider, argument: str) -> Drive:
+    steps = len(slider.values)
+    T = rigid(body.poses, f"{argument} poses", (steps, 4, 4))
     turns = Rotation.from_matrix(T[:, :3, :3]).as_quat()
     # A quaternion and its negative are one rotation; neighbours are to be near each other.
     near = np.sign(np.sum(turns[1:] * turns[:-1], axis=1))
     turns[1:] *= np.where(near == 0, 1.0, near).cumprod()[:, None]
     if (np.sum(turns[1:] * turns[:-1], axis=1) <= math.cos(math.pi / 4)).any():
-        raise ValueError(f"{argument} turn by π/2 or more from one value to the next; less is needed")
-    return Drive(slider, T[:, :3, 3], turns)
+        raise ValueError(f"{argument} poses turn by π/2 or more from one value to the next; less is needed")
+    return Drive(slider, T[:, :3, 3], turns, _stretches(body, (steps, 3), argument))
+
+
+def _stretches(body: Body, shape: tuple[int, ...], argument: str) -> Array:
+    if body.stretches is None:
+        return np.ones(shape)
+    factors = finite_array(body.stretches, f"{argument} stretches", shape)
+    if not (factors > 0).all():
+        raise ValueError(f"{argument} stretches are not all positive")
+    return factors

@@ -177,8 +177,9 @@ class Scene:
         ValueError
             If the name is no printable text, is taken or holds a slash; a body is there twice, is carried by
             one that does not come before it, has a slider that is not there, other than one pose for each of
-            its values, a pose that is not rigid, a rod without length or no positive radius, or turns by π/2
-            or more from one value to the next; a slider is there twice, moves nothing, has less than two
+            its values, a pose that is not rigid, a rod or an arrow without length, a radius or a stretch that
+            is not positive, is carried by a body with stretches, or turns by π/2 or more from one value to
+            the next; a slider is there twice, moves nothing, has less than two
             values, values that do not grow, or starts outside of them; a colour is unknown, or `pose` is no
             rigid pose.
         """

@@ -37,6 +37,7 @@ from dexterity.scenes.colors import AXIS_COLORS, TRIAD_COLOR, darker, number
 __all__ = [
     "Command",
     "Shape",
+    "arrows",
     "bar",
     "box",
     "dots",
@@ -300,6 +301,14 @@ def rods(frame: str, ends: Array, pins: Array, radius: float, color: str) -> lis
             for i, pin in enumerate(pins)
         ),
     ]
+
+
+def arrows(frame: str, heads: Array, radius: float, color: str) -> list[Shape]:
+    """Arrows from the origin of the frame to their heads (a, 3)."""
+    drawn: list[Shape] = []
+    for i, head in enumerate(heads):
+        drawn += _arrow(frame, f"arrow{i}", head, min(radius, float(np.linalg.norm(head)) / 10), color)
+    return drawn
 
 
 def reach(chain: Chain) -> float:

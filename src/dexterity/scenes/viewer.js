@@ -139,10 +139,11 @@ function moveBodies(value, { values, bodies }) {
   while (next < values.length - 1 && values[next] < value) next++;
   const share = (value - values[next - 1]) / (values[next] - values[next - 1]);
   const between = rows => rows[next - 1].map((number, i) => number + share * (rows[next][i] - number));
-  for (const { node, positions, turns } of bodies) {
+  for (const { node, positions, turns, stretches } of bodies) {
     const turn = between(turns), length = Math.hypot(...turn);
     viewer.set_property(node, "position", between(positions));
     viewer.set_property(node, "quaternion", turn.map(number => number / length));
+    viewer.set_property(node, "scale", between(stretches));
   }
 }
 

@@ -187,6 +187,7 @@ def _mechanism_slider(label: str, slider: Slider, drives: Mapping[str, Drive]) -
             "node": _node(path).entries,
             "positions": drive.positions.round(5).tolist(),
             "turns": drive.turns.round(6).tolist(),
+            "stretches": drive.stretches.round(6).tolist(),
         }
         for path, drive in drives.items()
         if drive.slider.label == slider.label
