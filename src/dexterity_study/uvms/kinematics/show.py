@@ -113,7 +113,8 @@ def w_at_home(stored: Evidence) -> Markup:
 
 def changes_by_range() -> Markup:
     """Set by how much θx changes w while heave is slower than sway, for two ranges of the rotations, over live draws."""
-    joint_rates, tool_rates = experiment.changes_of_w.reading("velocity-limits=slow-heave")["velocity-limits"]
+    limits: Any = experiment.changes_of_w.reading("velocity-limits=slow-heave")["velocity-limits"]
+    joint_rates, tool_rates = limits
     w = Index("manipulability", joint_rates=joint_rates, tool_rates=tool_rates).bind(robots.uvms())
     rows = [
         {"range": f"±{deg:g}°", "change": 100 * change_under_roll(w, seed, deg)}
