@@ -106,7 +106,7 @@ def changes_of_kci(stored: Evidence) -> Figure:
 def kink_line(at: torch.Tensor) -> Figure:
     """Draw KCI and its two smallest singular values along the vehicle's pitch through a kink at `at` (12,)."""
     angles, sigma = kink.line(at, 200)
-    fig, (top, bottom) = plt.subplots(2, figsize=(figures.WIDTH, 3.8), sharex=True)
+    fig, (top, bottom) = plt.subplots(2, figsize=(figures.WIDTH, 3.2), sharex=True)
     top.plot(angles, sigma[:, 5] / sigma[:, 0], color=COLORS["blue"], label="KCI")
     bottom.plot(angles, sigma[:, 4], "-", color=COLORS["orange"], label="$σ_5$")
     bottom.plot(angles, sigma[:, 5], "--", color=COLORS["blue"], label="$σ_6$")
