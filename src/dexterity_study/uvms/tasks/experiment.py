@@ -51,7 +51,7 @@ def agreement(seed: int, reading: Mapping[str, Any], count: int | None = None) -
     J = chain.geometric_jacobian(q)
     tool_axis = chain.forward(q)[:, :3, 1]
     push, torque = (1 / (tool_axis[:, None] @ rows).norm(dim=-1)[:, 0] for rows in (J[:, :3], J[:, 3:]))
-    accuracy = -velocity_ellipsoid(J).semi_axes[:, 0]
+    accuracy = -largest_error(J)
     about_tool = kinematic_conditioning(J)
     pairs = {
         "w, KCI": (w, kci),
@@ -87,7 +87,7 @@ def choice(seed: int, count: int = 100) -> Iterator[Row]:
     **ROUNDING,
     **OF_DATA,
 )
-def origins(seed: int, count: int = 100, step: float = 0.125) -> tuple[list[Row], dict[str, Any]]:
+def origins(seed: int, count: int = 100, step: float = 0.25) -> tuple[list[Row], dict[str, Any]]:
     """Rank candidates that hold the tool at rest by KCI about many places of the world's origin.
 
     Places are given in metres from the centre of gravity at the reference configuration. The rows are those straight
@@ -95,7 +95,7 @@ def origins(seed: int, count: int = 100, step: float = 0.125) -> tuple[list[Row]
     """
     chain = robots.uvms()
     q = candidates(seed, count)
-    J, error = chain.spatial_jacobian(q), _largest_error(chain.geometric_jacobian(q))
+    J, error = chain.spatial_jacobian(q), largest_error(chain.geometric_jacobian(q))
     ahead, across = np.arange(-0.75, 3.25 + step / 2, step), np.arange(-1.5, 1.5 + step / 2, step)
 
     def judged(aside: float, along: float, above: float) -> goals.Effect:
@@ -126,7 +126,7 @@ def candidate_sets(seed: int, reading: Mapping[str, Any], count: int = 100) -> I
     for name, candidate_set in SETS.items():
         q, moves = candidate_set.draw(seed, count), candidate_set.moves
         about_origin, about_tool = chain.spatial_jacobian(q) * moves, chain.geometric_jacobian(q) * moves
-        error = _largest_error(about_tool)
+        error = largest_error(about_tool)
         scores = {
             "w": manipulability(about_tool),
             "spatial KCI": _kci_about(reading["world-origin"], about_origin),
@@ -143,7 +143,7 @@ def candidate_sets(seed: int, reading: Mapping[str, Any], count: int = 100) -> I
     assumes=("tool-noise",),
     readings=("tool-noise=docked", "tool-noise=drifting"),
     seeds=10,
-    reading_seeds=5,
+    reading_seeds=3,
     smoke={"count": 20, "draws": 64},
     **ROUNDING,
     **OF_DATA,
@@ -207,7 +207,7 @@ def _judged(score: Tensor, cost: Tensor) -> Row:
     return {**dataclasses.asdict(goals.effect(score, cost)), "spread": cost.max() / cost.min()}
 
 
-def _largest_error(J: Tensor) -> Tensor:
+def largest_error(J: Tensor) -> Tensor:
     """Return the largest tool error (m,) that joint errors of unit norm cause, for geometric Jacobians."""
     return velocity_ellipsoid(J).semi_axes[:, 0]
 

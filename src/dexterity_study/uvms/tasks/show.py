@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+import torch
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from torch import Tensor
 
 from dexterity import robots, scenes, tasks
+from dexterity.indices import velocity_ellipsoid
 from dexterity.scenes.page import Html
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.readings import Reading
+from dexterity_study.engine.table import Table
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
-from dexterity_study.page.tables import show
-from dexterity_study.uvms.kinematics.show import vehicle_scene
+from dexterity_study.page.numbers import with_range
+from dexterity_study.page.tables import over_seeds, show
+from dexterity_study.uvms.tasks import stages
+from dexterity_study.uvms.tasks.candidates import SETS, holding
 
 SYMBOLS = {"manipulability": "w", "kinematic_conditioning": "KCI", None: ""}
 
@@ -50,16 +59,151 @@ def two_rankings(q: Tensor) -> Figure:
 
 
 def best_and_worst(q: Tensor, task: str) -> Html:
-    """Set the best and the worst candidate for a task beside each other."""
+    """Set the best and the worst candidate for a task beside each other, with what the tool works on."""
     ranking = tasks.rank(robots.uvms(), q, task, frame="spatial")
     pair = []
     for which, place in (("best", ranking.order[0]), ("worst", ranking.order[-1])):
         value = f"{SYMBOLS[ranking.task.index]} = {ranking.values[place]:.2g}"
-        title = f"{task.capitalize()}: the {which} candidate, {value}"
-        scene = vehicle_scene(title, q[place], axes=False, height=380)
+        scene = _stage(f"{task.capitalize()}: the {which} candidate, {value}", task, q[place], height=360)
         scene.add_letters({"tool": robots.uvms().forward(q[place])[:3, 3]})
         pair.append(scene)
     return scenes.side_by_side(*pair)
+
+
+def through_candidates(q: Tensor, frames: int = 8, shown: int = 10) -> scenes.Scene:
+    """Move the vehicle through candidates that hold the tool in one pose, from each to a near one.
+
+    Parameters
+    ----------
+    q
+        (m, 12) candidates of :func:`~dexterity_study.uvms.tasks.candidates.candidates` [m] and [rad].
+    frames
+        Frames from one candidate to the next. The tool rests in all of them, and nearly so in between.
+    shown
+        How many of the most and of the least accurate candidates are marked.
+    """
+    order = _tour(q[:, 3:9])
+    share = torch.linspace(0, 1, frames + 1, dtype=torch.float64)[:frames, None]
+    steps = [torch.lerp(before, after, share) for before, after in pairwise(q[order, 3:9])]
+    moving = holding(torch.cat([*steps, q[order[-1:], 3:9]]))
+    scene = _stage("A hundred postures, one tool pose", "inspection", moving[0], height=420)
+    scene.animate("uvms", np.unwrap(moving.numpy(), axis=0), frames_per_second=12)
+    by_error = velocity_ellipsoid(robots.uvms().geometric_jacobian(q)).semi_axes[:, 0].argsort()
+    for name, places, color in (
+        ("vehicle's centre, most accurate tenth", by_error[:shown], "bluish green"),
+        ("vehicle's centre, least accurate tenth", by_error[-shown:], "reddish purple"),
+    ):
+        scene.add_points(q[places, :3], name=name, size=0.05, color=color)
+    return scene
+
+
+def _stage(title: str, task: str, q: Tensor, height: int) -> scenes.Scene:
+    """Set the UVMS in a configuration, and what its tool works on."""
+    scene = scenes.Scene(title, height=height, view_from=stages.VIEW)
+    scene.add_chain(robots.uvms(), q, name="uvms", axes=False)
+    scene.add_box(robots.describe("uvms").vehicle_size or (), on="uvms", joint=6, name="vehicle")
+    stages.STAGES[task](scene)
+    scene.look_at(*stages.REGION)
+    return scene
+
+
+def _tour(angles: Tensor) -> Tensor:
+    """Order postures (m, k) so that each is followed by the nearest one that is left."""
+    left = list(range(1, len(angles)))
+    order = [0]
+    while left:
+        distances = (angles[left] - angles[order[-1]]).norm(dim=-1)
+        order.append(left.pop(int(distances.argmin())))
+    return torch.tensor(order)
+
+
+def origin_map(stored: Evidence) -> Figure:
+    """Draw how KCI ranks against accuracy as the world's origin moves, and what its choice costs on a line ahead."""
+    table = stored["origins"]
+    ahead, across = (table.array(name)[0] for name in ("ahead", "across"))
+    tau = np.median(table.array("tau"), axis=0)
+    fig, axes = plt.subplots(3, figsize=(figures.WIDTH, 5.6), sharex=True, height_ratios=(1, 1, 0.7))
+    for ax, of_plane, title in zip(axes, tau, ("aside", "above"), strict=False):
+        image = ax.pcolormesh(ahead, across, of_plane, cmap="PuOr", vmin=-0.6, vmax=0.6, rasterized=True)
+        ax.contour(ahead, across, of_plane, levels=[0.0], colors="#1F2933", linewidths=1)
+        _outline(ax, title)
+        ax.set(aspect="equal", ylabel=f"{title} [m]", ylim=(-1, 1))
+        ax.grid(visible=False)
+    fig.colorbar(image, ax=axes[:2], label="Kendall's τ", ticks=[-0.5, 0, 0.5])
+    _cost_ahead(axes[2], table)
+    axes[2].set(xlabel="world's origin ahead of the vehicle's centre [m]")
+    return fig
+
+
+def _outline(ax: Axes, plane: str) -> None:
+    """Draw the vehicle with its arm stretched ahead, and mark the tool and the origin that is assumed."""
+    width, length, height = robots.describe("uvms").vehicle_size or ()
+    size = {"aside": width, "above": height}[plane]
+    home = robots.uvms().joint_frames(torch.zeros(12, dtype=torch.float64))[6:, 1, 3].tolist()
+    ink = "#1F2933"
+    ax.add_patch(Rectangle((-length / 2, -size / 2), length, size, fill=False, edgecolor=ink, linewidth=1.5))
+    tool = float(robots.uvms().home[1, 3])
+    ax.plot([home[0], tool], [0, 0], color=ink, linewidth=2)
+    ax.plot(tool, 0, "o", color=ink, ms=7)
+    ax.plot(0, 0, "X", color=ink, ms=9)
+    if plane == "aside":
+        ax.annotate("tool", (tool, 0), (4, 7), textcoords="offset points")
+        ax.annotate("assumed origin", (0, 0), (0, 8), textcoords="offset points", ha="center")
+
+
+def _cost_ahead(ax: Axes, table: Table) -> None:
+    """Draw by how much the error of the candidate that KCI prefers is above the least, with its range over draws."""
+    loss = 100 * (table.by_seed("loss", over="ahead") - 1)
+    ax.fill_between(loss.columns, loss.min(), loss.max(), alpha=0.25, linewidth=0)
+    ax.plot(loss.columns, loss.median())
+    ax.set(ylabel="error above\nthe least [%]", ylim=(0, None))
+
+
+PLACES = {
+    "chosen": "vehicle's centre (assumed)",
+    "world-origin=arm-base": "base of the arm",
+    "world-origin=tool": "tool at home",
+    "world-origin=beyond-the-tool": "beyond the tool",
+}
+"""Places of the world's origin, by reading."""
+
+HEADS = {"tau": "Kendall's τ", "loss": "error / least", "beaten": "better candidates [%]"}
+"""Headings of what a choice by an index costs, by metric."""
+
+
+def origin_table(stored: Evidence) -> Markup:
+    """Set what the spatial KCI's choice costs, for each reading of the world's origin."""
+    rows = stored["candidate_sets"].where(None, set="tool at rest", index="spatial KCI")
+    table = over_seeds(_in_per_cent(rows), "reading", {name: HEADS[name] for name in HEADS}, "{:.2f}")
+    place = {reading: Reading.of("sotiropoulos2016", reading)["world-origin"][1] for reading in PLACES}
+    table.insert(0, "ahead [m]", pd.Series(place))
+    return show(table.rename(index=PLACES).rename_axis("world's origin"), forms={})
+
+
+def set_table(stored: Evidence) -> Markup:
+    """Set how indices rank against the tool's largest error, for each set of candidates, and what their choice costs."""
+    rows = _in_per_cent(stored["candidate_sets"].where())
+    parts = {}
+    for metric, head in HEADS.items():
+        groups = rows.groupby(["index", "set"], sort=False)[metric]
+        parts[head] = groups.apply(with_range, form="{:.0f}" if metric == "beaten" else "{:.2f}").unstack(
+            "set"
+        )
+    table = pd.concat(parts).loc[:, list(SETS)]
+    spread = rows.groupby("set")["spread"].apply(with_range, form="{:.2f}")
+    table.loc[("whole set", "largest / least error"), :] = spread
+    return show(table.rename_axis(["", "index"]))
+
+
+def task_effects(stored: Evidence, candidate_set: str = "tool at rest") -> Markup:
+    """Set what the choice by each index costs for three tasks, for one set of candidates."""
+    rows = _in_per_cent(stored["task_indices"].where(set=candidate_set))
+    table = over_seeds(rows, ["task", "index"], HEADS | {"loss": "cost / least"}, "{:.2f}")
+    return show(table.rename_axis(["", "index"]))
+
+
+def _in_per_cent(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.assign(beaten=100 * rows["beaten"])
 
 
 def agreement(stored: Evidence) -> Figure:
