@@ -75,7 +75,7 @@ def time_per_metre(J: Tensor, row: int) -> Tensor:
     bounds = [(-1.0, 1.0)] * J.shape[-1] + [(0.0, None)]
     objective = [0.0] * J.shape[-1] + [-1.0]
     speeds = [
-        -linprog(objective, A_eq=np.hstack([one, along]), b_eq=np.zeros(6), bounds=bounds).fun
+        abs(linprog(objective, A_eq=np.hstack([one, along]), b_eq=np.zeros(6), bounds=bounds).fun)
         for one in J.numpy()
     ]
     return 1 / torch.tensor(speeds, dtype=torch.float64)

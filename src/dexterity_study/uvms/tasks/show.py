@@ -25,7 +25,7 @@ from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import over_seeds, show
 from dexterity_study.uvms.tasks import stages
-from dexterity_study.uvms.tasks.candidates import SETS, holding
+from dexterity_study.uvms.tasks.candidates import holding
 
 SYMBOLS = {"manipulability": "w", "kinematic_conditioning": "KCI", None: ""}
 
@@ -40,22 +40,6 @@ def task_table() -> Markup:
         for task in tasks.TASKS.values()
     }
     return show(pd.DataFrame.from_dict(rows, orient="index").rename_axis(["", "task"]))
-
-
-def two_rankings(q: Tensor) -> Figure:
-    """Draw w against KCI of candidates, with the best ten for each of two tasks."""
-    valve, welding = (
-        tasks.rank(robots.uvms(), q, task, frame="spatial") for task in ("valve turning", "welding")
-    )
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
-    ax.plot(valve.values, welding.values, ".", color="#808080", label="candidate")
-    for ranking, marker, task in ((valve, "s", "valve turning, by w"), (welding, "o", "welding, by KCI")):
-        best = ranking.order[:10]
-        label = f"best ten for {task}"
-        ax.plot(valve.values[best], welding.values[best], marker, ms=9, mfc="none", label=label)
-    ax.set(xlabel="w", ylabel="KCI, spatial")
-    fig.legend(loc="outside upper center")
-    return fig
 
 
 def best_and_worst(q: Tensor, task: str) -> Html:
@@ -82,12 +66,9 @@ def through_candidates(q: Tensor, frames: int = 8, shown: int = 10) -> scenes.Sc
     shown
         How many of the most and of the least accurate candidates are marked.
     """
-    order = _tour(q[:, 3:9])
-    share = torch.linspace(0, 1, frames + 1, dtype=torch.float64)[:frames, None]
-    steps = [torch.lerp(before, after, share) for before, after in pairwise(q[order, 3:9])]
-    moving = holding(torch.cat([*steps, q[order[-1:], 3:9]]))
+    moving = frames_between(q, tour(q[:, 3:9]), frames)
     scene = _stage("A hundred postures, one tool pose", "inspection", moving[0], height=420)
-    scene.animate("uvms", np.unwrap(moving.numpy(), axis=0), frames_per_second=12)
+    scene.animate("uvms", moving, frames_per_second=12)
     by_error = velocity_ellipsoid(robots.uvms().geometric_jacobian(q)).semi_axes[:, 0].argsort()
     for name, places, color in (
         ("vehicle's centre, most accurate tenth", by_error[:shown], "bluish green"),
@@ -95,6 +76,14 @@ def through_candidates(q: Tensor, frames: int = 8, shown: int = 10) -> scenes.Sc
     ):
         scene.add_points(q[places, :3], name=name, size=0.05, color=color)
     return scene
+
+
+def frames_between(q: Tensor, order: Tensor, per_step: int) -> Tensor:
+    """Return configurations (k, 12) that lead through candidates (m, 12) in an order, with the tool at rest in each."""
+    share = torch.linspace(0, 1, per_step + 1, dtype=torch.float64)[:per_step, None]
+    angles = q[order, 3:9]
+    steps = [torch.lerp(before, after, share) for before, after in pairwise(angles)]
+    return torch.as_tensor(np.unwrap(holding(torch.cat([*steps, angles[-1:]])).numpy(), axis=0))
 
 
 def _stage(title: str, task: str, q: Tensor, height: int) -> scenes.Scene:
@@ -107,7 +96,7 @@ def _stage(title: str, task: str, q: Tensor, height: int) -> scenes.Scene:
     return scene
 
 
-def _tour(angles: Tensor) -> Tensor:
+def tour(angles: Tensor) -> Tensor:
     """Order postures (m, k) so that each is followed by the nearest one that is left."""
     left = list(range(1, len(angles)))
     order = [0]
@@ -117,6 +106,9 @@ def _tour(angles: Tensor) -> Tensor:
     return torch.tensor(order)
 
 
+SMOOTH = {"shading": "gouraud", "rasterized": True}
+
+
 def origin_map(stored: Evidence) -> Figure:
     """Draw how KCI ranks against accuracy as the world's origin moves, and what its choice costs on a line ahead."""
     table = stored["origins"]
@@ -124,7 +116,7 @@ def origin_map(stored: Evidence) -> Figure:
     tau = np.median(table.array("tau"), axis=0)
     fig, axes = plt.subplots(3, figsize=(figures.WIDTH, 5.6), sharex=True, height_ratios=(1, 1, 0.7))
     for ax, of_plane, title in zip(axes, tau, ("aside", "above"), strict=False):
-        image = ax.pcolormesh(ahead, across, of_plane, cmap="PuOr", vmin=-0.6, vmax=0.6, rasterized=True)
+        image = ax.pcolormesh(ahead, across, of_plane, cmap="PuOr", vmin=-0.6, vmax=0.6, **SMOOTH)
         ax.contour(ahead, across, of_plane, levels=[0.0], colors="#1F2933", linewidths=1)
         _outline(ax, title)
         ax.set(aspect="equal", ylabel=f"{title} [m]", ylim=(-1, 1))
@@ -167,43 +159,50 @@ PLACES = {
 }
 """Places of the world's origin, by reading."""
 
-HEADS = {"tau": "Kendall's τ", "loss": "error / least", "beaten": "better candidates [%]"}
-"""Headings of what a choice by an index costs, by metric."""
+TAU, LOSS, BEATEN = "Kendall's τ", "cost / least", "better ones [%]"
+WORST = "the worst posture"
 
 
 def origin_table(stored: Evidence) -> Markup:
     """Set what the spatial KCI's choice costs, for each reading of the world's origin."""
     rows = stored["candidate_sets"].where(None, set="tool at rest", index="spatial KCI")
-    table = over_seeds(_in_per_cent(rows), "reading", {name: HEADS[name] for name in HEADS}, "{:.2f}")
-    place = {reading: Reading.of("sotiropoulos2016", reading)["world-origin"][1] for reading in PLACES}
-    table.insert(0, "ahead [m]", pd.Series(place))
-    return show(table.rename(index=PLACES).rename_axis("world's origin"), forms={})
+    table = _effects(rows, "reading")
+    ahead = {name: float(Reading.of("sotiropoulos2016", name)["world-origin"][1]) for name in PLACES}
+    table.insert(0, "ahead [m]", pd.Series(ahead))
+    return show(table.rename(index=PLACES).rename_axis("world's origin"), "{:.2f}")
 
 
 def set_table(stored: Evidence) -> Markup:
     """Set how indices rank against the tool's largest error, for each set of candidates, and what their choice costs."""
-    rows = _in_per_cent(stored["candidate_sets"].where())
-    parts = {}
-    for metric, head in HEADS.items():
-        groups = rows.groupby(["index", "set"], sort=False)[metric]
-        parts[head] = groups.apply(with_range, form="{:.0f}" if metric == "beaten" else "{:.2f}").unstack(
-            "set"
-        )
-    table = pd.concat(parts).loc[:, list(SETS)]
-    spread = rows.groupby("set")["spread"].apply(with_range, form="{:.2f}")
-    table.loc[("whole set", "largest / least error"), :] = spread
-    return show(table.rename_axis(["", "index"]))
+    rows = stored["candidate_sets"].where()
+    return show(_with_worst(rows, _effects(rows, ["set", "index"]), "set"))
 
 
-def task_effects(stored: Evidence, candidate_set: str = "tool at rest") -> Markup:
-    """Set what the choice by each index costs for three tasks, for one set of candidates."""
-    rows = _in_per_cent(stored["task_indices"].where(set=candidate_set))
-    table = over_seeds(rows, ["task", "index"], HEADS | {"loss": "cost / least"}, "{:.2f}")
-    return show(table.rename_axis(["", "index"]))
+def task_effects(stored: Evidence, candidate_set: str) -> Markup:
+    """Set what the choice by each index costs for the tasks, for one set of candidates."""
+    rows = stored["task_indices"].where(set=candidate_set)
+    table = _with_worst(rows, _effects(rows, ["task", "index"]), "task")
+    # Where all candidates cost the same, no index ranks them.
+    equal = rows.groupby("task")["tau"].count() == 0
+    told = [not equal[task] or index == WORST for task, index in table.index]
+    return show(table[told])
 
 
-def _in_per_cent(rows: pd.DataFrame) -> pd.DataFrame:
-    return rows.assign(beaten=100 * rows["beaten"])
+def _effects(rows: pd.DataFrame, index: str | list[str]) -> pd.DataFrame:
+    """Return median and range over the draws of what a choice costs."""
+    rows = rows.assign(beaten=100 * rows["beaten"])
+    parts = (("tau", TAU, "{:.2f}"), ("loss", LOSS, "{:.2f}"), ("beaten", BEATEN, "{:.0f}"))
+    return pd.concat([over_seeds(rows, index, {name: head}, form) for name, head, form in parts], axis=1)
+
+
+def _with_worst(rows: pd.DataFrame, table: pd.DataFrame, group: str) -> pd.DataFrame:
+    """Return a table of effects with a row for the worst candidate at the end of each group."""
+    spread = rows.groupby(group, sort=False)["spread"].apply(with_range, form="{:.2f}")
+    parts = []
+    for name, of_group in table.groupby(level=0, sort=False):
+        worst = pd.DataFrame({TAU: "–", LOSS: spread[name], BEATEN: "–"}, [(name, WORST)])
+        parts.append(pd.concat([of_group, worst]))
+    return pd.concat(parts).rename_axis(["", "chosen by"])
 
 
 def agreement(stored: Evidence) -> Figure:
