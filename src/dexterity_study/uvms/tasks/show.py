@@ -129,7 +129,7 @@ def origin_map(stored: Evidence) -> Figure:
 
 def _outline(ax: Axes, plane: str) -> None:
     """Draw the vehicle with its arm stretched ahead, and mark the tool and the origin that is assumed."""
-    width, length, height = robots.describe("uvms").vehicle_size or ()
+    width, length, height = robots.describe("uvms").vehicle_size or (0.0, 0.0, 0.0)
     size = {"aside": width, "above": height}[plane]
     home = robots.uvms().joint_frames(torch.zeros(12, dtype=torch.float64))[6:, 1, 3].tolist()
     ink = "#1F2933"
@@ -140,7 +140,7 @@ def _outline(ax: Axes, plane: str) -> None:
     ax.plot(0, 0, "X", color=ink, ms=9)
     if plane == "aside":
         ax.annotate("tool", (tool, 0), (4, 7), textcoords="offset points")
-        ax.annotate("assumed origin", (0, 0), (0, 8), textcoords="offset points", ha="center")
+        ax.annotate("assumed", (0, 0), (0, 8), textcoords="offset points", ha="center")
 
 
 def _cost_ahead(ax: Axes, table: Table) -> None:
@@ -167,8 +167,9 @@ def origin_table(stored: Evidence) -> Markup:
     """Set what the spatial KCI's choice costs, for each reading of the world's origin."""
     rows = stored["candidate_sets"].where(None, set="tool at rest", index="spatial KCI")
     table = _effects(rows, "reading")
-    ahead = {name: float(Reading.of("sotiropoulos2016", name)["world-origin"][1]) for name in PLACES}
-    table.insert(0, "ahead [m]", pd.Series(ahead))
+    places = {name: Reading.of("sotiropoulos2016", name)["world-origin"] for name in PLACES}
+    ahead = pd.DataFrame.from_dict(places, orient="index", columns=["x", "y", "z"])["y"]
+    table.insert(0, "ahead [m]", ahead)
     return show(table.rename(index=PLACES).rename_axis("world's origin"), "{:.2f}")
 
 
@@ -183,9 +184,8 @@ def task_effects(stored: Evidence, candidate_set: str) -> Markup:
     rows = stored["task_indices"].where(set=candidate_set)
     table = _with_worst(rows, _effects(rows, ["task", "index"]), "task")
     # Where all candidates cost the same, no index ranks them.
-    equal = rows.groupby("task")["tau"].count() == 0
-    told = [not equal[task] or index == WORST for task, index in table.index]
-    return show(table[told])
+    equal = {task: bool(of_task["tau"].isna().all()) for task, of_task in rows.groupby("task")}
+    return show(table[[not equal[task] or index == WORST for task, index in table.index]])
 
 
 def _effects(rows: pd.DataFrame, index: str | list[str]) -> pd.DataFrame:
@@ -197,10 +197,10 @@ def _effects(rows: pd.DataFrame, index: str | list[str]) -> pd.DataFrame:
 
 def _with_worst(rows: pd.DataFrame, table: pd.DataFrame, group: str) -> pd.DataFrame:
     """Return a table of effects with a row for the worst candidate at the end of each group."""
-    spread = rows.groupby(group, sort=False)["spread"].apply(with_range, form="{:.2f}")
     parts = []
     for name, of_group in table.groupby(level=0, sort=False):
-        worst = pd.DataFrame({TAU: "–", LOSS: spread[name], BEATEN: "–"}, [(name, WORST)])
+        spread = with_range(rows.loc[rows[group] == name, "spread"], "{:.2f}")
+        worst = pd.DataFrame({TAU: "–", LOSS: spread, BEATEN: "–"}, [(name, WORST)])
         parts.append(pd.concat([of_group, worst]))
     return pd.concat(parts).rename_axis(["", "chosen by"])
 
