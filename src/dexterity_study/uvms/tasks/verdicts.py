@@ -9,6 +9,7 @@ import pandas as pd
 from dexterity_study.claims.judge import WEAK, Judge, by_reading
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
+from dexterity_study.engine.table import Table
 from dexterity_study.uvms.indices.verdicts import RANDOM
 
 JUDGEMENTS = (
@@ -53,13 +54,14 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         ),
     )
     spatial, geometric = tau["spatial KCI, accuracy"], tau["geometric KCI, accuracy"]
+    beyond = _about(evidence["candidate_sets"], "world-origin=beyond-the-tool").median()
     yield on(
         "indices-rank-configurations",
-        by_reading(_worse_of_both(taus, Evidence("uvms.indices"))),
+        by_reading(_worse_of_both(taus, evidence["candidate_sets"], Evidence("uvms.indices"))),
         "Kendall's τ of an index with what its task needs, for the task that comes out worse. Among candidates that hold the "
         f"tool w has {speed:.2f} with the largest speed. KCI has {spatial:.2f} with the accuracy of the tool in the spatial "
         f"frame, which the paper uses, and {geometric:.2f} in the geometric one; between the two frames τ is "
-        f"{tau['KCI: spatial, geometric']:.2f}.",
+        f"{tau['KCI: spatial, geometric']:.2f}. With the world's origin beyond the tool the spatial KCI has {beyond:.2f}.",
         form="{:.2f}",
     )
     choice = evidence["choice"]
@@ -77,10 +79,11 @@ def _by_seed(evidence: Evidence, reading: str) -> pd.DataFrame:
     return evidence["agreement"].where(reading).pivot(index="seed", columns="pair", values="tau")
 
 
-def _worse_of_both(taus: Mapping[str, pd.DataFrame], indices: Evidence) -> dict[str, pd.Series]:
+def _worse_of_both(taus: Mapping[str, pd.DataFrame], sets: Table, indices: Evidence) -> dict[str, pd.Series]:
     """Return the smaller of τ of w with speed and of KCI with accuracy, by reading and seed.
 
-    The candidates of this chapter hold the tool; random configurations are those of the chapter on indices.
+    The candidates of this chapter hold the tool; random configurations are those of the chapter on indices. Readings of
+    the world's origin change KCI alone.
     """
     held = {
         name: own[["w, largest speed", "spatial KCI, accuracy"]].min(axis=1) for name, own in taus.items()
@@ -88,11 +91,19 @@ def _worse_of_both(taus: Mapping[str, pd.DataFrame], indices: Evidence) -> dict[
     geometric = taus["chosen"][["w, largest speed", "geometric KCI, accuracy"]].min(axis=1)
     random = indices["rankings"].by_seed("tau", over="pair")
     speed = "w against the largest speed of the tool point"
+    moved = {name: _about(sets, name) for name in sets.readings if name != "chosen"}
+    free = taus["chosen"]["w, largest speed"]
     return {
         **held,
+        **{name: kci.combine(free.reindex(kci.index), min) for name, kci in moved.items()},
         "which-jacobian=geometric": geometric,
         RANDOM: random[[speed, "spatial KCI against accuracy of the tool"]].min(axis=1),
     }
+
+
+def _about(sets: Table, reading: str) -> pd.Series:
+    """Return τ of the spatial KCI with the accuracy of the tool, by seed, for candidates that hold the tool."""
+    return sets.where(reading, set="tool at rest", index="spatial KCI").set_index("seed")["tau"]
 
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
