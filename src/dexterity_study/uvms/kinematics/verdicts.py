@@ -53,7 +53,8 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         f"{where['printed_base_change'].max():.0%} under θ1 to θ4, against the paper's own base invariance; without it "
         f"they agree to {where['spatial'].max():.0e}. The paper counts {on.printed('jacobian-operations'):.0f} operations. As "
         f"printed the entries take {counts['written out, as printed in Eq. 6']:.0f}, without g_st(0) "
-        f"{counts['written out']:.0f}: the authors computed the right Jacobian.",
+        f"{counts['written out']:.0f} (with l1 = 0 {counts['written out, as printed in Eq. 6, l1 = 0']:.0f} and "
+        f"{counts['written out, l1 = 0']:.0f}): the authors computed the right Jacobian.",
         f"off by {where['printed'].max():.2g}",
     )
     body = f"the body Jacobian changes by up to {where['body_last_joint'].max():.2g}"
