@@ -3,6 +3,8 @@
 import re
 from types import SimpleNamespace
 
+import torch
+
 from dexterity.networks.problem import End
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.uvms.feed_forward import experiment, show
@@ -108,3 +110,10 @@ def test_table_3_is_set_whole():
         ["10", "10", "–", "–"],
         ["1,000", "1,000", "1,000", "1,000"],
     ]
+
+
+def test_goals_are_said_as_shares_of_the_mean():
+    values = torch.tensor([9.0, 11.0], dtype=torch.float64)
+    fake = SimpleNamespace(data=SimpleNamespace(train=SimpleNamespace(values=values)))
+    # The root of 1e-3 is 0.0316, which is 0.32 % of ten.
+    assert "0.32 % of its mean value" in show.goals({"w": fake})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import cast
 
 import matplotlib.pyplot as plt
@@ -10,6 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from dexterity.networks.design import Design
+from dexterity.networks.problem import DesignProblem
 from dexterity_study.claims.ledger import load_paper
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.readings import Reading
@@ -144,6 +146,18 @@ def trials(design: Design, stored: Evidence) -> str:
         f"Testing errors with one, two, … neurons: {tried}. The loop ends at {design.best.neurons} neurons; the stored loops "
         f"end at {neurons} neurons."
     )
+
+
+def goals(sets: Mapping[str, DesignProblem]) -> str:
+    """Say what the goals of the paper mean as relative errors, for the training sets of both indices."""
+    shares = {
+        index: 100 * GOALS[index] ** 0.5 / float(own.data.train.values.mean()) for index, own in sets.items()
+    }
+    words = [
+        f"the goal for {_head(index)} is a root mean square error of {written(share, '{:.2g}')} % of its mean value"
+        for index, share in shares.items()
+    ]
+    return f"On the training sets of seed 0, {' and '.join(words)}. The limit of {100 * LIMIT:g} % is for the largest error."
 
 
 def loops(stored: Evidence) -> Markup:
