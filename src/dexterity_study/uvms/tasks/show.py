@@ -31,15 +31,18 @@ SYMBOLS = {"manipulability": "w", "kinematic_conditioning": "KCI", None: ""}
 
 
 def task_table() -> Markup:
-    """Set the tasks under their indices."""
-    rows = {
-        (f"ranked by {SYMBOLS[task.index]}", task.name): {
-            "needs": task.comment,
-            "also": SYMBOLS[task.also],
-        }
-        for task in tasks.TASKS.values()
-    }
-    return show(pd.DataFrame.from_dict(rows, orient="index").rename_axis(["", "task"]))
+    """Set the tasks of Table 1, and those that the text of the paper adds, beside their indices."""
+    rows = {}
+    for name, needs in (("manipulability", "speed or force"), ("kinematic_conditioning", "accuracy")):
+        listed = [task for task in tasks.TASKS.values() if task.index == name]
+        told = [
+            task.name
+            + ("" if "Table 1" in task.where else " (text only)")
+            + (f" (also {SYMBOLS[task.also]})" if task.also else "")
+            for task in listed
+        ]
+        rows[SYMBOLS[name]] = {"needs": needs, "tasks": ", ".join(told)}
+    return show(pd.DataFrame.from_dict(rows, orient="index").rename_axis("index"))
 
 
 def best_and_worst(q: Tensor, task: str) -> Html:
@@ -176,7 +179,11 @@ def origin_table(stored: Evidence) -> Markup:
 def set_table(stored: Evidence) -> Markup:
     """Set how indices rank against the tool's largest error, for each set of candidates, and what their choice costs."""
     rows = stored["candidate_sets"].where()
-    return show(_with_worst(rows, _effects(rows, ["set", "index"]), "set"))
+    effects = _with_worst(rows, _effects(rows, ["set", "index"]), "set")
+    parts = {head: effects[head].unstack(level=0, sort=False) for head in (TAU, LOSS, BEATEN)}
+    table = pd.concat(parts)
+    ranked = [head == LOSS or index != WORST for head, index in table.index]
+    return show(table[ranked].rename_axis(["", "chosen by"]))
 
 
 def task_effects(stored: Evidence, candidate_set: str) -> Markup:

@@ -16,7 +16,7 @@ from dexterity.scenes import Scene
 VIEW = (1.0, -0.75, 0.55)
 """Direction to the camera, behind the vehicle and at its right."""
 
-REGION = (-0.7, -0.7, -0.8), (0.7, 2.0, 0.7)
+REGION = (-0.7, -0.7, -0.9), (0.7, 2.0, 0.7)
 """Opposite corners of what the camera looks at [m]."""
 
 _STEEL = "#8B8378"
