@@ -47,4 +47,4 @@ def test_axes_in_the_middle_and_a_point_on_the_wrist_shorten_the_entries():
 def test_the_sentence_on_places_has_the_numbers_of_the_rows():
     stored = Evidence("uvms.cost")
     (best,) = stored["places"].where(link=7, point=10).itertuples()
-    assert f"$w$ takes {best.operations} operations" in show.moved(stored)
+    assert f"*w* takes {best.operations} operations" in show.moved(stored)

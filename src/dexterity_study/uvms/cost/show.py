@@ -36,12 +36,13 @@ def in_short(stored: Evidence) -> str:
     """Say what the exact indices take written out and reduced, and what the networks take beside them."""
     counts = Counts(stored)
     parts = []
-    for name in INDICES:
+    for name, title in (("w", "*w*"), ("KCI", "KCI")):
         written, _, reduced = counts.exact[name]
-        sigmoids, bells = (counts(f"{kind} {name}", form) / reduced for kind, form in PRINTED.items())
+        sigmoids, bells = (counts(f"{kind} {name}", form) for kind, form in PRINTED.items())
         parts.append(
-            f"The exact {_head(name)} takes {written:,} operations written out and {reduced:,} reduced; the feed-forward network "
-            f"takes {sigmoids:.2g} times and the radial-basis network {bells:.2g} times the reduced number."
+            f"The exact {title} takes {written:,} operations written out and {reduced:,} reduced; the feed-forward network takes "
+            f"{sigmoids:,} ({sigmoids / reduced:.2g} times the reduced number) and the radial-basis network {bells:,} "
+            f"({bells / reduced:.2g} times)."
         )
     return " ".join(parts)
 
@@ -76,9 +77,9 @@ def moved(stored: Evidence) -> str:
     (best,) = rows[rows["taken"].astype(bool)].itertuples()
     return (
         f"In the world's axes and about its origin, {world['zeros']} of the 72 entries are zero, one entry depends on "
-        f"{world['joints']} joint values, and $w$ takes {world['operations']} operations. In the axes of link {best.Index[0]} and "
+        f"{world['joints']} joint values, and *w* takes {world['operations']} operations. In the axes of link {best.Index[0]} and "
         f"about the {_POINTS[best.Index[1]]}, {best.zeros} entries are zero, no entry depends on more than {best.joints} joint "
-        f"values, and $w$ takes {best.operations} operations."
+        f"values, and *w* takes {best.operations} operations."
     )
 
 
@@ -191,7 +192,7 @@ def gain(timed: Evidence) -> str:
     """Say how much faster the last program of the ladder is than its first."""
     rows = timed["ladder"].where(side="exact")
     factors = {name: own["median"].iloc[0] / own["median"].iloc[-1] for name, own in rows.groupby("index")}
-    return f"Together they make the exact $w$ {factors['w']:,.0f} times and the exact KCI {factors['KCI']:,.0f} times faster."
+    return f"Together they make the exact *w* {factors['w']:,.0f} times and the exact KCI {factors['KCI']:,.0f} times faster."
 
 
 def ladder(timed: Evidence) -> Figure:
