@@ -66,13 +66,22 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         RANDOM: taus["spatial KCI against accuracy of the tool"],
         f"{RANDOM}+{geometric}": taus["geometric KCI against accuracy of the tool"],
     }
+    sets = Evidence("uvms.tasks")["candidate_sets"]
+    about = {
+        name: sets.where(name, set="tool at rest", index="spatial KCI").set_index("seed")["tau"]
+        for name in sets.readings
+        if name != "chosen"
+    }
+    of_frame |= about
+    lowest, highest = (of(own.median() for own in about.values()) for of in (min, max))
     yield on(
         "kci-means-accuracy",
         by_reading(of_frame),
         "Kendall's τ of KCI with the smallness of the tool error that small joint errors cause. In the spatial and in the "
         f"geometric frame it is {of_frame['chosen'].median():.2f} and {of_frame[geometric].median():.2f} among configurations "
         f"that hold the tool, {of_frame[RANDOM].median():.2f} and {of_frame[f'{RANDOM}+{geometric}'].median():.2f} among random "
-        "ones. KCI grades how evenly errors spread, and only through that how large they are.",
+        f"ones; about other origins the spatial one goes from {lowest:.2f} to {highest:.2f}. KCI grades how evenly errors "
+        "spread, and only through that how large they are.",
         form="{:.2f}",
     )
     changes = by_joint(evidence["changes_of_kci"])
