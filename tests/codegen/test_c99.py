@@ -559,6 +559,17 @@ def test_the_result_does_not_jump_where_angles_begin_to_be_reduced(name):
         assert_allclose(values, values[1], rtol=0, atol=1e-15 + 2 * np.spacing(edge))
 
 
+@both_indices
+@pytest.mark.parametrize("size", [1e6, 1e25, 1e50])
+def test_values_and_gradients_are_finite_up_to_the_length_that_the_book_states(name, size):
+    q = np.array([size, -size, size, *np.linspace(0.1, 0.9, 9)])
+    value, gradient = np.full(1, np.nan), np.full(12, np.nan)
+    assert functions_of(UVMS, name).gradient(q, value, gradient) == 0
+    assert np.isfinite([*value, *gradient]).all()
+    if name == W:  # which does not depend on where the vehicle is
+        assert_allclose(value, Index(W).bind(UVMS)([0.0] * 3 + list(q[3:])), rtol=1e-12)
+
+
 def one_turns(x: Array) -> Array:
     wrapper = """
     void turns(const double *x, size_t count, double *y);

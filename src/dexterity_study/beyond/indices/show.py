@@ -65,9 +65,9 @@ def dearest(times: pd.DataFrame) -> str:
     (first, second), logarithm = factors.index[:2], factors["log w"]
     return (
         f"A value takes {1e9 * np.nanmin(medians):.0f} to {1e9 * np.nanmax(medians):.0f} nanoseconds. Two indices cost the "
-        f"most: {first} takes {factors[first]:.1f} times as long as $w$ on the same robot, and {second} takes "
-        f"{factors[second]:.1f} times as long (medians over the robots). For comparison, $\\log w$ takes {logarithm:.1f} times "
-        "as long as $w$."
+        f"most: {first} takes {factors[first]:.1f} times as long as w on the same robot, and {second} takes "
+        f"{factors[second]:.1f} times as long (medians over the robots). For comparison, log w takes {logarithm:.1f} times "
+        "as long as w."
     )
 
 
