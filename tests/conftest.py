@@ -8,6 +8,7 @@ import os
 import pkgutil
 import random
 from collections.abc import Iterator
+from functools import cache
 
 import hypothesis
 import jaxtyping
@@ -59,12 +60,15 @@ def quick_compilation(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
     No value changes by it beyond rounding, which tests/test_symbolic.py makes sure of.
     """
     from dexterity.codegen import library
+    from dexterity.derivation import programs
 
     folder = tmp_path_factory.getbasetemp()
     folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("DEXTERITY_CACHE", os.environ.get("DEXTERITY_CACHE", str(folder)))
         patch.setattr(library, "FLAGS", tuple("-O0" if f == "-O3" else f for f in library.FLAGS))
+        # Files of one worker derive the same few indices of the same robots.
+        patch.setattr(programs, "_derived", cache(programs._derived.__wrapped__))
         yield
 
 

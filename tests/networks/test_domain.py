@@ -16,14 +16,15 @@ from dexterity.networks.network import View
 from dexterity.sampling import Box
 
 UVMS = dx.robots.uvms()
-SPACES = {name: sampling.uvms_space(name) for name in ("manipulability", "kinematic_conditioning")}
 INPUTS = {"manipulability": range(4, 11), "kinematic_conditioning": range(11)}
+
+trained_space = cache(sampling.uvms_space)
 
 
 @cache
 def guard(name="manipulability", space=None, view=None):
-    space = space or SPACES[name]
-    q = sampling.sobol(SPACES[name], 64, 0)
+    space = space or trained_space(name)
+    q = sampling.sobol(trained_space(name), 64, 0)
     view = view or View(12, INPUTS[name])
     random = torch.Generator().manual_seed(0)
     return Guarded(FeedForward.untrained(view, 2, q, torch.linspace(1, 2, 64), random), space)
@@ -31,10 +32,10 @@ def guard(name="manipulability", space=None, view=None):
 
 def inside(name, *batch):
     count = torch.Size(batch).numel()
-    return sampling.uniform(SPACES[name], count, torch.Generator().manual_seed(1)).reshape(*batch, 12)
+    return sampling.uniform(trained_space(name), count, torch.Generator().manual_seed(1)).reshape(*batch, 12)
 
 
-@pytest.mark.parametrize("name", SPACES)
+@pytest.mark.parametrize("name", INPUTS)
 def test_inside_it_answers_as_the_network_does(name):
     guarded, q = guard(name), inside(name, 3, 4)
     assert torch.equal(guarded(q), guarded.network(q))
@@ -46,7 +47,7 @@ def test_inside_it_answers_as_the_network_does(name):
 @given(joint=st.integers(4, 10), beyond=st.floats(1e-6, 10), above=st.booleans())
 def test_the_joint_that_leaves_is_named(joint, beyond, above):
     guarded, q = guard(), inside("manipulability", 5)
-    limit = (SPACES["manipulability"].upper if above else SPACES["manipulability"].lower)[joint]
+    limit = (trained_space("manipulability").upper if above else trained_space("manipulability").lower)[joint]
     q[3, joint] = limit + (beyond if above else -beyond)
     with pytest.raises(OutsideTrainedSpace, match=rf"^q has 1 of 5 .* joint {joint + 1} \(") as caught:
         guarded(q)
@@ -67,7 +68,7 @@ def test_the_base_out_of_its_sector_is_put_down_to_the_translations():
         guarded(q)
 
 
-@pytest.mark.parametrize("name", SPACES)
+@pytest.mark.parametrize("name", INPUTS)
 def test_joints_without_influence_are_free(name):
     guarded, q = guard(name), inside(name, 4)
     moved = q.clone()
@@ -78,7 +79,9 @@ def test_joints_without_influence_are_free(name):
 
 
 def test_a_held_joint_that_the_network_sees_must_stay():
-    lower, upper = (list(x) for x in (SPACES["manipulability"].lower, SPACES["manipulability"].upper))
+    lower, upper = (
+        list(x) for x in (trained_space("manipulability").lower, trained_space("manipulability").upper)
+    )
     lower[5] = upper[5] = 0.1
     guarded = guard(space=Box(lower, upper))
     q = inside("manipulability", 3)
@@ -90,7 +93,7 @@ def test_a_held_joint_that_the_network_sees_must_stay():
 
 
 def test_joints_that_carry_the_view_are_seen():
-    space = SPACES["kinematic_conditioning"]
+    space = trained_space("kinematic_conditioning")
     guarded = guard("kinematic_conditioning", view=View(12, range(4, 11), UVMS.screws[:6]))
     q = sampling.uniform(space, 10, torch.Generator().manual_seed(2))
     assert guarded.contains(q).all()
@@ -100,7 +103,7 @@ def test_joints_that_carry_the_view_are_seen():
 
 def test_limits_belong_to_the_space():
     corners = torch.stack([torch.zeros(7), torch.ones(7)])
-    assert guard().contains(SPACES["manipulability"].from_unit(corners)).all()
+    assert guard().contains(trained_space("manipulability").from_unit(corners)).all()
 
 
 def test_nothing_is_asked_of_an_empty_batch():
@@ -123,4 +126,4 @@ def test_a_space_of_another_chain_is_refused():
 
 def test_a_guard_cannot_be_changed():
     with pytest.raises(dataclasses.FrozenInstanceError):
-        guard().space = SPACES["kinematic_conditioning"]
+        guard().space = trained_space("kinematic_conditioning")

@@ -8,8 +8,6 @@ import pytest
 import torch
 from scipy.optimize import least_squares
 from torch.testing import assert_close
-from torch_levenberg_marquardt.damping import StandardDampingStrategy
-from torch_levenberg_marquardt.training import LevenbergMarquardtModule
 
 import dexterity as dx
 from dexterity import sampling
@@ -327,6 +325,10 @@ class Answering(torch.nn.Module):
 
 
 def by_torch_levenberg_marquardt(start, q, y):
+    # Brings all of Lightning along, which takes seconds: not for every process that collects tests.
+    from torch_levenberg_marquardt.damping import StandardDampingStrategy
+    from torch_levenberg_marquardt.training import LevenbergMarquardtModule
+
     module = LevenbergMarquardtModule(
         Answering(start), damping_strategy=StandardDampingStrategy(), solve_method="cholesky"
     )

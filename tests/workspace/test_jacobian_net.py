@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from functools import cache
 
 import hypothesis
 import hypothesis.strategies as st
@@ -13,26 +14,30 @@ from torch.testing import assert_close
 from dexterity import spatial
 from dexterity.workspace import dataset, jacobian_net, reachability, training
 from dexterity.workspace.archive import ArchiveError, read_archive, write_archive
-from dexterity.workspace.dataset import Samples, Scaling
+from dexterity.workspace.dataset import JacobianData, Samples, Scaling
 from dexterity.workspace.jacobian_net import Architecture, JacobianNet, decode, encode, inputs_of
 
-DATA = dataset.jacobian_data(600, seed=0)
 WIDTHS = {"columns": 96, "relevant": 10, "rotation": 16, "plane": 6}
 ENTRIES = {"tool": 23, "world": 21, "plane": 11}
 TINY = Architecture(encoder=(8, 7), confidence=(6, 5), estimation=(9,), normalised=(1, 1), dropout=0.5)
 
 
+@cache
+def data() -> JacobianData:
+    return dataset.jacobian_data(600, seed=0)
+
+
 def network(inputs="plane", entries="plane", architecture=TINY, seed=0) -> JacobianNet:
-    return training.network_for(architecture, inputs, entries, DATA, seed)
+    return training.network_for(architecture, inputs, entries, data(), seed)
 
 
 @pytest.mark.parametrize("entries", ENTRIES)
 def test_entries_lead_back_to_the_jacobian(entries):
-    y = encode(DATA.jacobian, DATA.samples, entries)
+    y = encode(data().jacobian, data().samples, entries)
     assert y.shape == (600, ENTRIES[entries])
     assert (y.std(0) > 1e-3).all(), "no entry is constant"
-    back = decode(y, DATA.samples.position, DATA.samples.rotation(), entries)
-    assert_close(back, DATA.jacobian, atol=1e-13, rtol=0)
+    back = decode(y, data().samples.position, data().samples.rotation(), entries)
+    assert_close(back, data().jacobian, atol=1e-13, rtol=0)
 
 
 def test_the_plane_of_the_arm_is_there_on_the_first_axis_too():
@@ -47,38 +52,38 @@ def test_the_plane_of_the_arm_is_there_on_the_first_axis_too():
 
 @pytest.mark.parametrize("kind", WIDTHS)
 def test_inputs_have_their_width(kind):
-    assert inputs_of(DATA.samples, kind).shape == (600, WIDTHS[kind])
+    assert inputs_of(data().samples, kind).shape == (600, WIDTHS[kind])
 
 
 def test_what_is_seen_in_the_plane_does_not_change_with_a_turn_about_the_first_axis():
     turn = dataset.rotation([0.0, 0.0, 0.7])
-    turned = DATA.samples._replace(position=DATA.samples.position @ turn.mT)
-    assert_close(inputs_of(turned, "plane"), inputs_of(DATA.samples, "plane"), atol=1e-14, rtol=0)
+    turned = data().samples._replace(position=data().samples.position @ turn.mT)
+    assert_close(inputs_of(turned, "plane"), inputs_of(data().samples, "plane"), atol=1e-14, rtol=0)
 
 
 @pytest.mark.parametrize(("inputs", "entries"), [*itertools.product(["rotation", "plane"], ENTRIES)])
 def test_poses_are_answered_as_samples_are(inputs, entries):
     net = network(inputs, entries)
-    by_samples = net.estimate(DATA.samples)
-    T = spatial.pose(DATA.samples.rotation(), DATA.samples.position)
-    by_poses = net.answer(DATA.samples.links, T)
+    by_samples = net.estimate(data().samples)
+    T = spatial.pose(data().samples.rotation(), data().samples.position)
+    by_poses = net.answer(data().samples.links, T)
     for one, other in zip(by_samples, by_poses, strict=True):
         assert_close(one, other)
     assert by_samples.jacobian.isfinite().all()
 
 
 def test_batches_are_broadcast():
-    estimate = network().answer(DATA.samples.links[0], torch.eye(4).expand(2, 3, 4, 4))
+    estimate = network().answer(data().samples.links[0], torch.eye(4).expand(2, 3, 4, 4))
     assert estimate.confidence.shape == (2, 3)
     assert estimate.jacobian.shape == (2, 3, 6, 6)
 
 
 def test_the_gate_is_the_threshold():
     net = network()
-    confidence = net.estimate(DATA.samples).confidence
+    confidence = net.estimate(data().samples).confidence
     for threshold in (0.0, float(confidence.median()), 1.0):
         net.threshold = threshold
-        assert torch.equal(net.estimate(DATA.samples).mask, confidence >= threshold)
+        assert torch.equal(net.estimate(data().samples).mask, confidence >= threshold)
 
 
 def test_the_papers_size_is_what_its_code_is_told_to_have():
@@ -106,7 +111,7 @@ def test_a_file_gives_the_network_back(tmp_path):
     net = network()
     net.save(tmp_path / "net.npz")
     again = JacobianNet.load(tmp_path / "net.npz")
-    for one, other in zip(net.estimate(DATA.samples), again.estimate(DATA.samples), strict=True):
+    for one, other in zip(net.estimate(data().samples), again.estimate(data().samples), strict=True):
         assert torch.equal(one, other)
 
 
@@ -181,9 +186,9 @@ def test_an_architecture_that_is_none_is_named(field, value):
 @pytest.mark.usefixtures("annotations_unchecked")
 def test_unknown_choices_are_named():
     with pytest.raises(ValueError, match=r"^entries is 'x'"):
-        training.network_for(TINY, "plane", "x", DATA, 0)
+        training.network_for(TINY, "plane", "x", data(), 0)
     with pytest.raises(ValueError, match=r"^inputs is 'x'"):
-        training.network_for(TINY, "x", "plane", DATA, 0)
+        training.network_for(TINY, "x", "plane", data(), 0)
     with pytest.raises(TypeError, match=r"^data is None"):
         training.network_for(TINY, "plane", "plane", None, 0)
     with pytest.raises(TypeError, match=r"^samples is 3"):

@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import torch
@@ -18,16 +19,24 @@ from dexterity.workspace.training import OPTIMISERS, Options, cycles, epochs
 
 SHARED = Architecture(encoder=(16, 16), confidence=(8,), estimation=(16,), normalised=(1, 1), dropout=0.2)
 APART = Architecture(confidence=(16,), estimation=(32, 32))
-CONFIDENCE = dataset.confidence_data(1_500, 1)
-JACOBIANS = dataset.jacobian_data(1_200, 2, dynamics=False)
 OPTIONS = Options(cycles(2, 2), batch=128)
 
 
+@cache
+def confidence_rows():
+    return dataset.confidence_data(1_500, 1)
+
+
+@cache
+def jacobian_rows():
+    return dataset.jacobian_data(1_200, 2, dynamics=False)
+
+
 def trained(options=OPTIONS, architecture=SHARED, seed=0, checkpoint=None, inputs="rotation", entries="tool"):
-    net = training.network_for(architecture, inputs, entries, JACOBIANS, seed=5)
+    net = training.network_for(architecture, inputs, entries, jacobian_rows(), seed=5)
     rows = {
-        "confidence": training.confidence_rows(net, CONFIDENCE),
-        "estimation": training.estimation_rows(net, JACOBIANS),
+        "confidence": training.confidence_rows(net, confidence_rows()),
+        "estimation": training.estimation_rows(net, jacobian_rows()),
     }
     return training.train(net, rows, options, seed, checkpoint)
 
@@ -58,7 +67,7 @@ def test_both_heads_learn():
         head: [loss.validation for loss in run.losses if loss.head == head]
         for head in ("confidence", "estimation")
     }
-    constant = training.estimation_rows(run.network, JACOBIANS).y.var(0).mean()
+    constant = training.estimation_rows(run.network, jacobian_rows()).y.var(0).mean()
     assert by_head["confidence"][-1] < 0.5
     assert by_head["estimation"][-1] < by_head["estimation"][0]
     assert by_head["estimation"][-1] < constant
@@ -176,8 +185,8 @@ def test_patience_keeps_the_best_weights(tmp_path):
 
 
 def test_scalings_are_those_of_the_training_part():
-    net = training.network_for(APART, "rotation", "tool", JACOBIANS, seed=0, validation=0.5)
-    x = net.scaled_inputs(JACOBIANS.samples)
+    net = training.network_for(APART, "rotation", "tool", jacobian_rows(), seed=0, validation=0.5)
+    x = net.scaled_inputs(jacobian_rows().samples)
     assert_close(x[:600].mean(0), torch.zeros(16), atol=1e-5, rtol=0)
     assert x[600:].mean(0).abs().max() > 1e-3
 
@@ -201,8 +210,8 @@ def test_bad_options_are_named(change, message):
 
 
 def test_rows_must_be_there():
-    net = training.network_for(APART, "plane", "plane", JACOBIANS, 0)
-    rows = training.confidence_rows(net, CONFIDENCE)
+    net = training.network_for(APART, "plane", "plane", jacobian_rows(), 0)
+    rows = training.confidence_rows(net, confidence_rows())
     with pytest.raises(ValueError, match="rows lack estimation"):
         training.train(net, {"confidence": rows}, OPTIONS, 0)
     few = training.Rows(rows.x[:2], rows.y[:2])
