@@ -570,6 +570,17 @@ def test_values_and_gradients_are_finite_up_to_the_length_that_the_book_states(n
         assert_allclose(value, Index(W).bind(UVMS)([0.0] * 3 + list(q[3:])), rtol=1e-12)
 
 
+@both_indices
+@pytest.mark.parametrize("size", [1e6, 1e12])
+def test_single_precision_is_finite_up_to_the_length_that_the_book_states(name, size):
+    source = symbolic.c_source(symbolic.derive(UVMS, Index(name)), BEGIN, "float")
+    q = np.array([size, -size, size, *np.linspace(0.1, 0.9, 9)], np.float32)
+    value, gradient = np.full(1, np.nan, np.float32), np.full(12, np.nan, np.float32)
+    compute = library.compiled_library(source).arm_gradient
+    assert compute(_pointer(q), _pointer(value), _pointer(gradient)) == 0
+    assert np.isfinite([*value, *gradient]).all()
+
+
 def one_turns(x: Array) -> Array:
     wrapper = """
     void turns(const double *x, size_t count, double *y);

@@ -213,3 +213,10 @@ def test_numbers_keep_all_their_digits():
     module = module_of(PUMA, Index(KCI, "spatial", rates))
     numbers = {float(number) for number in re.findall(r"[0-9]+\.[0-9]+(?:e[+-]?[0-9]+)?", module)}
     assert numbers >= set(rates)
+
+
+@needs_node
+@both_indices
+def test_values_are_finite_up_to_the_length_that_the_book_states(tmp_path, name):
+    q = [[size, -size, size, *np.linspace(0.1, 0.9, 9)] for size in (1e6, 1e25, 1e50)]
+    assert np.isfinite(called(tmp_path, module_of(UVMS, Index(name)), q)["results"]).all()
