@@ -39,7 +39,7 @@ def velocity_scene() -> scenes.Scene:
 
 
 def _ellipsoid_scene(title: str, *ellipsoids: tuple[Ellipsoid, str, str, float]) -> scenes.Scene:
-    scene = vehicle_scene(title, POSTURE, axes=False)
+    scene = vehicle_scene(title, POSTURE, axes=False, height=320)
     tool = robots.uvms().forward(POSTURE)[:3, 3]
     for ellipsoid, name, color, scale in ellipsoids:
         scene.add_ellipsoid(ellipsoid, tool, name=name, color=color, scale=scale)
@@ -53,7 +53,7 @@ def motions(table: Table) -> Figure:
         "UVMS, elbow": "elbow, vehicle free",
         "UVMS, pitch": "pitch of the vehicle",
     }
-    fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 4.4), sharex=True)
+    fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 3.6), sharex=True)
     for ax, name in zip(panels, ("w", "kci"), strict=True):
         for values, motion, line in zip(table.array(name)[0], MOTIONS, ("-", "--", "-."), strict=True):
             angle = np.linspace(-90, 90, len(values))
@@ -69,7 +69,7 @@ def frames_along_y() -> Figure:
     q = torch.zeros(121, 12)
     q[:, 1] = torch.linspace(-3, 3, 121)
     titles: dict[Frame, str] = {"spatial": "world's origin (paper)", "geometric": "tool"}
-    fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 3.8), sharex=True)
+    fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 3.4), sharex=True)
     for ax, name in zip(panels, ("manipulability", "kinematic_conditioning"), strict=True):
         for (frame, title), line in zip(titles.items(), ("-", "--"), strict=True):
             label = title if ax is panels[0] else None
