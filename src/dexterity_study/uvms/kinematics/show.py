@@ -32,7 +32,7 @@ SEEDS = 10
 POSTURE = torch.tensor([0.35, -1.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6, -1.3, 0.0, 0.5, 0.0], dtype=torch.float64)
 """A posture with the world's origin outside of the vehicle and off the arm."""
 
-LOW, VIEW = 230, (1.0, 0.35, 0.4)
+LOW, VIEW = 210, (1.0, 0.35, 0.4)
 """Height of a scene of the derivation [CSS pixels], and from where it is seen."""
 
 HALF = 0.5
@@ -93,7 +93,7 @@ def changes_of_w(stored: Evidence) -> Figure:
 
 def changes_by_joint(table: Table, index: str, legend: str, readings: Mapping[str, str]) -> Figure:
     """Draw by how much each joint alone changes an index, for some readings by their titles."""
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.0))
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 2.8))
     shifts = np.linspace(-0.2, 0.2, len(readings))
     for shift, (title, reading) in zip(shifts, readings.items(), strict=True):
         change = table.where(reading).groupby("joint")["change"].max()
