@@ -45,7 +45,10 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("repeatable")
 
 
-LONG = ("test_symbolic.py", "test_evidence_runs.py", "test_wheel.py", "test_build.py", "test_design.py")
+LONG = (
+    "test_symbolic.py", "test_evidence_runs.py", "test_wheel.py", "test_build.py", "test_design.py",
+    "test_c99.py", "test_portable_c.py", "test_symbolic_derivatives.py", "test_examples.py",
+)  # fmt: skip
 """Files that take minutes. They start first, so that no core waits for the last one of them."""
 
 

@@ -1,6 +1,7 @@
 """Recipes: where their rows lie, and what rounds of worst points do."""
 
 import dataclasses
+from functools import cache
 
 import pytest
 import torch
@@ -14,9 +15,13 @@ from dexterity.networks.network import View
 from dexterity.networks.recipes import Recipe
 from dexterity.sampling import Box
 
-SPACE = sampling.uvms_space("manipulability")
 VIEW = View(12, range(4, 11))
 SMALL = Recipe(neurons=3, rows=300, epochs=20)
+
+
+@cache
+def uvms_space():
+    return sampling.uvms_space("manipulability")
 
 
 @pytest.fixture(scope="module")
@@ -25,12 +30,12 @@ def w():
 
 
 def test_each_seed_has_a_network_of_its_own(w):
-    networks = recipes.prepare(SMALL, VIEW, w, SPACE, seeds=(4, 5))
-    alone = recipes.prepare(SMALL, VIEW, w, SPACE, seeds=(5,))
-    q = sampling.sobol(SPACE, 16, 9)
+    networks = recipes.prepare(SMALL, VIEW, w, uvms_space(), seeds=(4, 5))
+    alone = recipes.prepare(SMALL, VIEW, w, uvms_space(), seeds=(5,))
+    q = sampling.sobol(uvms_space(), 16, 9)
     assert_close(networks[1](q), alone[0](q), rtol=1e-6, atol=0)
     assert not torch.equal(networks[0](q), networks[1](q))
-    again = recipes.prepare(SMALL, VIEW, w, SPACE, seeds=(4, 5))
+    again = recipes.prepare(SMALL, VIEW, w, uvms_space(), seeds=(4, 5))
     assert torch.equal(networks[0](q), again[0](q))
 
 
@@ -68,4 +73,4 @@ def test_an_impossible_recipe_is_refused(change, message, annotations_unchecked)
 
 def test_no_seeds_are_refused(w):
     with pytest.raises(ValueError, match=r"^seeds is empty"):
-        recipes.prepare(SMALL, VIEW, w, SPACE, seeds=())
+        recipes.prepare(SMALL, VIEW, w, uvms_space(), seeds=())
