@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from datetime import UTC, date, datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from dexterity import store
@@ -14,8 +15,11 @@ from dexterity.timing.machine import Machine
 from dexterity_study.engine import sources
 
 
-def made(module: str, seconds: float) -> dict[str, Any]:
-    """Describe a run that has just ended: command, date, duration, machine, and versions of what is imported."""
+def made(module: str, seconds: float, programs: Mapping[str, str] = MappingProxyType({})) -> dict[str, Any]:
+    """Describe a run that has just ended: command, date, duration, machine, and versions.
+
+    They are those of what `module` imports, and of `programs` that were run outside of Python.
+    """
     machine = Machine.present()
     return {
         "command": "make evidence",
@@ -23,7 +27,7 @@ def made(module: str, seconds: float) -> dict[str, Any]:
         "seconds": round(seconds, 1),
         "processor": machine.processor,
         "threads": machine.threads,
-        "versions": {"python": machine.python, **versions(module)},
+        "versions": {"python": machine.python, **versions(module), **programs},
     }
 
 

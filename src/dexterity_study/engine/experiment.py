@@ -54,6 +54,8 @@ class Experiment:
         How far a number of the probe may be off when it is repeated: `atol` + `rtol` · abs(stored).
     unsteady
         Metrics, such as times, that a probe cannot repeat.
+    versions
+        Returns the versions of programs that it runs outside of Python, by name, for the card.
     """
 
     function: Function
@@ -70,6 +72,7 @@ class Experiment:
     rtol: float = 1e-6
     atol: float = 1e-9
     unsteady: tuple[str, ...] = ()
+    versions: Callable[[], Mapping[str, str]] = dict
 
     def __post_init__(self) -> None:
         for name in ("rtol", "atol"):

@@ -49,7 +49,7 @@ def run(chapter: str, name: str, reading: str, seed: int) -> None:
         )
     if experiment.arrays:
         store.write_atomically(place.arrays, to_npz(table.arrays[reading, seed]))
-    card.write(place.card, {"made": card.made(experiment.module, seconds)})
+    card.write(place.card, {"made": card.made(experiment.module, seconds, experiment.versions())})
 
 
 _SEEN: dict[Path, str] = {}

@@ -9,6 +9,7 @@ Source: Sotiropoulos & Aspragathos (2016), section 4.5 and Table 5.
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -31,7 +32,16 @@ from dexterity.timing import Timing, Way, measure
 from dexterity.timing.instructions import instructions_per_configuration
 from dexterity_study.engine.experiment import experiment
 from dexterity_study.engine.table import Row
-from dexterity_study.uvms.cost.experiment import INDICES, Function, Jacobians
+from dexterity_study.uvms.cost.experiment import (
+    INDICES,
+    Function,
+    Jacobians,
+    joint_symbols,
+    lengths_of,
+    symbolic_uvms,
+    written_out,
+)
+from dexterity_study.uvms.timing import octave
 
 EXACT, FEED_FORWARD, RADIAL_BASIS = "exact", "feed-forward", "radial-basis"
 IN_KIND, SINGLY, FOOT = "as in the paper", "numpy, one by one", "C, many at once"
@@ -81,6 +91,40 @@ def instructions(seed: int, counted: bool = True) -> Iterator[Row]:
         for side in Contest(index, seed).sides:
             count = instructions_per_configuration(side.source, side.function) if counted else None
             yield {"index": index, "side": side.name, "neurons": side.neurons, "instructions": count}
+
+
+@experiment(
+    keys=("index", "rung", "side"),
+    smoke={"runs": 0},
+    timed=True,
+    unsteady=("mean", "error", "lower", "median", "upper", "deviation"),
+    data=("robots/uvms.toml",),
+    versions=octave.versions,
+)
+def in_octave(seed: int, runs: int = 20, configurations: int = 1000, every: int = 10) -> Iterator[Row]:
+    """Times per configuration [s] in GNU Octave: mean over runs, its standard error, and quartiles.
+
+    Each run evaluates all configurations; the Jacobian written out takes its turn in one run out of `every`.
+    Without runs the files are written and not run.
+    """
+    for index in INDICES:
+        case = OctaveCase(index, seed, configurations, every)
+        answers = octave.run(case.files, case.ways, case.q.numpy(), runs) if runs else {}
+        deviations = {way: case.deviation(way, answer.values) for way, answer in answers.items()}
+        for rung, of_sides in case.rungs().items():
+            for side, way in of_sides.items():
+                times = answers[way].times / configurations if runs else np.array([])
+                row = {"index": index, "rung": rung, "side": side, "way": way, "characters": case.length(way)}
+                yield {**row, "runs": len(times), "deviation": deviations.get(way), **_mean_of(times)}
+
+
+def _mean_of(times: np.ndarray) -> dict[str, float | None]:
+    """Return the mean of times, its standard error, and the quartiles; nothing of no times."""
+    if not len(times):
+        return dict.fromkeys(("mean", "error", "lower", "median", "upper"))
+    lower, median, upper = np.quantile(times, [0.25, 0.5, 0.75])
+    error = times.std(ddof=1) / np.sqrt(len(times)) if len(times) > 1 else np.nan
+    return {"mean": times.mean(), "error": error, "lower": lower, "median": median, "upper": upper}
 
 
 def _times(timing: Timing) -> Row:
@@ -165,6 +209,85 @@ class Contest:
             "C, a test set at once": ways(self.sides, lambda side: partial(side.in_c, some), some),
             FOOT: ways(self.sides, lambda side: partial(side.in_c, many), many),
         }
+
+
+OCTAVE_IN_KIND = "Octave, as in the paper"
+OCTAVE_RUNGS: Mapping[str, tuple[str, str]] = {
+    OCTAVE_IN_KIND: ("written", "simulated_at_once"),
+    "Octave, simulated one by one": ("written", "simulated"),
+    "Octave, one by one": ("written", "plain"),
+    "Octave, one by one, terms shared": ("shared", "plain"),
+    "Octave, one by one, closed form": ("closed", "plain"),
+    "Octave, a test set at once": ("at_once", "at_once"),
+}
+"""How the exact index and the networks are evaluated on each rung in Octave; only w has a closed form."""
+
+
+class OctaveCase:
+    """The files of an index and of the printed networks in Octave, and the configurations that they are given.
+
+    The Jacobian written out is timed in one run out of `every`.
+    """
+
+    def __init__(self, name: str, seed: int, configurations: int, every: int) -> None:
+        index, chain = INDICES[name], robots.uvms()
+        random = torch.Generator().manual_seed(seed)
+        self.q = sampling.uniform(sampling.uvms_space(index.name), configurations, random)
+        view = View(chain.joints, sampling.relevant_joints(chain, index))
+        kinds = (FEED_FORWARD, RADIAL_BASIS)
+        networks_of = dict(zip(kinds, _of_printed_sizes(name, view, self.q, random), strict=True))
+        uvms = symbolic_uvms()
+        entries = written_out(uvms).xreplace(lengths_of(uvms)).flat()
+        self.files = octave.jacobian_files(name, joint_symbols(uvms), entries)
+        self._exact = {"written": "exact_written", "shared": "exact_shared", "at_once": "exact_at_once"}
+        if name == "w":
+            program = symbolic.derive(SymbolicChain.from_chain(chain), index).squared_manipulability
+            self.files |= octave.closed_form_files(program)
+            self._exact |= {"closed": "exact_closed", "at_once": "exact_closed_at_once"}
+        self.ways = dict.fromkeys(self._exact.values(), octave.OctaveWay())
+        self.ways[self._exact["written"]] = octave.OctaveWay(every=every)
+        self._references = dict.fromkeys(self.ways, index.bind(chain))
+        for kind, network in networks_of.items():
+            side = kind.replace("-", "_")
+            self.files |= octave.network_files(side, network)
+            ways = [f"{side}_{way}" for way in octave.WAYS_OF_NETWORK]
+            self.ways |= dict.fromkeys(ways, octave.OctaveWay(f"weights_of_{side}"))
+            self._references |= dict.fromkeys(ways, network)
+
+    def rungs(self) -> Mapping[str, Mapping[str, str]]:
+        """Return the function of each side on each rung."""
+        return {
+            rung: {EXACT: self._exact[exact]}
+            | {kind: f"{kind.replace('-', '_')}_{network}" for kind in (FEED_FORWARD, RADIAL_BASIS)}
+            for rung, (exact, network) in OCTAVE_RUNGS.items()
+            if exact in self._exact
+        }
+
+    def deviation(self, way: str, values: np.ndarray) -> float:
+        """Return the largest relative deviation of values from those of the package.
+
+        Raises
+        ------
+        ValueError
+            If it is more than rounding: then the times are those of something else.
+        """
+        with torch.no_grad():
+            deviation = float(np.abs(values / self._references[way](self.q).numpy() - 1).max())
+        if not deviation < TOLERANCE:
+            raise ValueError(f"{way} in Octave is off by {deviation:.2g}; less than {TOLERANCE:g} is needed")
+        return deviation
+
+    def length(self, way: str) -> int:
+        """Return the number of characters of the function files that a way runs, without weights."""
+        reached = [way]
+        for name in reached:
+            words = set(re.findall(r"\w+", self.files[name]))
+            reached += [other for other in self.files if other in words and other not in reached]
+        return sum(len(self.files[name]) for name in reached)
+
+
+TOLERANCE = 1e-9
+"""Relative deviation from the package below which a program in Octave computes the same."""
 
 
 def _of_printed_sizes(
