@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import pandas as pd
 import sympy
@@ -50,16 +52,17 @@ def in_short(stored: Evidence) -> str:
 def places(stored: Evidence) -> Figure:
     """Draw the operations of w by the link whose axes are used, a line for each point that J is taken about."""
     rows = stored["places"].where()
+    table = rows.pivot(index="link", columns="point", values="operations")
     fig, ax = plt.subplots(figsize=(figures.WIDTH, 3.4))
-    links = sorted(rows["link"].unique())
-    for (point, own), marker in zip(rows.groupby("point"), "osD^v", strict=True):
-        own = own.set_index("link")["operations"].reindex(links)
-        ax.plot(range(len(links)), own, marker=marker, label=_POINTS[point])
-    (best,) = rows[rows["taken"]].itertuples()
-    ax.plot(links.index(best.link), best.operations, "o", ms=15, mfc="none", mew=2, color="#1F2933")
+    links = [int(link) for link in table.index]
+    for (point, name), marker in zip(_POINTS.items(), "osD^v", strict=True):
+        ax.plot(range(len(links)), table[point], marker=marker, label=name)
+    best = _taken(stored)
+    place = links.index(best["link"])
+    ax.plot(place, best["operations"], "o", ms=15, mfc="none", mew=2, color="#1F2933")
     ax.annotate(
-        f"{best.operations}",
-        (links.index(best.link), best.operations),
+        f"{best['operations']}",
+        (place, best["operations"]),
         (0, -16),
         textcoords="offset points",
         ha="center",
@@ -72,15 +75,21 @@ def places(stored: Evidence) -> Figure:
 
 def moved(stored: Evidence) -> str:
     """Say what the best axes and point do to the entries of the Jacobian, beside the world's."""
-    rows = stored["places"].where().set_index(["link", "point"])
-    world = rows.loc[(0, 0)]
-    (best,) = rows[rows["taken"].astype(bool)].itertuples()
+    (world,) = stored["places"].where(link=0, point=0).to_dict("records")
+    best = _taken(stored)
     return (
         f"In the world's axes and about its origin, {world['zeros']} of the 72 entries are zero, one entry depends on "
-        f"{world['joints']} joint values, and *w* takes {world['operations']} operations. In the axes of link {best.Index[0]} and "
-        f"about the {_POINTS[best.Index[1]]}, {best.zeros} entries are zero, no entry depends on more than {best.joints} joint "
-        f"values, and *w* takes {best.operations} operations."
+        f"{world['joints']} joint values, and *w* takes {world['operations']} operations. In the axes of link {best['link']} and "
+        f"about the {_POINTS[best['point']]}, {best['zeros']} entries are zero, no entry depends on more than {best['joints']} joint "
+        f"values, and *w* takes {best['operations']} operations."
     )
+
+
+def _taken(stored: Evidence) -> dict[str, Any]:
+    """Return the row of the link and the point that the derivation takes."""
+    rows = stored["places"].where()
+    (taken,) = rows[rows["taken"].astype(bool)].to_dict("records")
+    return {str(name): value for name, value in taken.items()}
 
 
 def lengths(stored: Evidence) -> Markup:

@@ -101,8 +101,8 @@ def instructions(seed: int, counted: bool = True) -> Iterator[Row]:
     data=("robots/uvms.toml",),
     versions=octave.versions,
 )
-def in_octave(seed: int, runs: int = 20, configurations: int = 1000, every: int = 10) -> Iterator[Row]:
-    """Times per configuration [s] in GNU Octave: mean over runs, its standard error, and quartiles.
+def in_octave(seed: int, runs: int = 100, configurations: int = 1000, every: int = 10) -> Iterator[Row]:
+    """Processor times per configuration [s] in GNU Octave: mean over runs, its standard error, and quartiles.
 
     Each run evaluates all configurations; the Jacobian written out takes its turn in one run out of `every`.
     Without runs the files are written and not run.
@@ -115,7 +115,8 @@ def in_octave(seed: int, runs: int = 20, configurations: int = 1000, every: int 
             for side, way in of_sides.items():
                 times = answers[way].times / configurations if runs else np.array([])
                 row = {"index": index, "rung": rung, "side": side, "way": way, "characters": case.length(way)}
-                yield {**row, "runs": len(times), "deviation": deviations.get(way), **_mean_of(times)}
+                row |= {"runs": len(times), "configurations": configurations}
+                yield {**row, "deviation": deviations.get(way), **_mean_of(times)}
 
 
 def _mean_of(times: np.ndarray) -> dict[str, float | None]:

@@ -57,7 +57,7 @@ class OctaveWay:
 
 @dataclass(frozen=True)
 class Answer:
-    """Values of all configurations by one way, and the times [s] of its runs, each for all configurations."""
+    """Values of all configurations by one way, and the processor times [s] of its runs, each for all of them."""
 
     values: np.ndarray
     times: np.ndarray
@@ -157,7 +157,11 @@ def network_files(side: str, network: Network) -> dict[str, str]:
 
 
 def script(ways: Mapping[str, OctaveWay], runs: int) -> str:
-    """Return the script that evaluates each way once, then times all of them in turn, run after run."""
+    """Return the script that evaluates each way once, then times all of them in turn, run after run.
+
+    The time is that of the processor, since one run of the Jacobian written out is long enough for other programs to
+    interrupt it, and one of a network is not.
+    """
     listed = "".join(f'  "{name}", "{way.weights}", {way.every};\n' for name, way in ways.items())
     return _SCRIPT.substitute(ways=listed, runs=runs)
 
@@ -345,9 +349,9 @@ taken = NaN(runs, rows(ways));
 for run = 1:runs
   for k = 1:rows(ways)
     if mod(run - 1, ways{k, 3}) == 0
-      started = tic;
+      started = cputime();
       feval(ways{k, 1}, q, weights{k}{:});
-      taken(run, k) = toc(started);
+      taken(run, k) = cputime() - started;
     end
   end
 end

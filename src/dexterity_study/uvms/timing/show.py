@@ -131,7 +131,7 @@ def aloud(stored: Evidence) -> str:
     words = {side: f"{printed[EXACT] / printed[side]:,.0f} times faster" for side in NETWORKS}
     lines = [_sentence("MATLAB, as the paper prints it", printed, words)]
     for rung, change in _ALOUD.items():
-        taken = 1000 * times["median"].loc[("w", rung)]
+        taken = 1000 * times["median"].T["w", rung]
         lines.append(_sentence(change, taken, _compared(times, ("w", rung))))
     return "\n".join(f"{number}. {line}" for number, line in enumerate(lines, 1))
 
@@ -145,7 +145,7 @@ def _sentence(change: str, taken: Mapping[str, float] | pd.Series, words: Mappin
 
 def _compared(times: Times, place: tuple[str, str]) -> dict[str, str]:
     """Return how the networks compare with the exact index in one place, in words."""
-    lower, median, upper = (times[name].loc[place] for name in ("lower", "median", "upper"))
+    lower, median, upper = (times[name].T[place] for name in ("lower", "median", "upper"))
     words = {}
     for side in NETWORKS:
         factor = median[EXACT] / median[side]
@@ -174,10 +174,10 @@ def octave(stored: Evidence) -> Markup:
     rows = stored["in_octave"].where()
     rows["mean"] *= 1e6
     columns = {
-        (_head(index), side): own.set_index(own["rung"].map(_OCTAVE))["mean"].map(_two_digits)
+        (_head(str(index)), side): own.set_index(own["rung"].map(_OCTAVE))["mean"].map(_two_digits)
         for (index, side), own in rows.groupby(["index", "side"], sort=False)
     }
-    return show(pd.DataFrame(columns).reindex(_OCTAVE.values()).fillna("–").rename_axis(None))
+    return show(pd.DataFrame(columns).reindex(list(_OCTAVE.values())).fillna("–").rename_axis(None))
 
 
 def means(stored: Evidence) -> str:
@@ -187,9 +187,10 @@ def means(stored: Evidence) -> str:
     long = rows["way"] == "exact_written"
     printed = verdicts.ON.printed("timing-runs")
     return (
-        f"Each mean is over {rows['runs'].max()} runs of 1,000 configurations, and over {rows['runs'][long].min()} runs for the "
-        f"Jacobian written out, because one run of it takes {_duration(1000 * rows['mean'][long].max())}; the paper has "
-        f"{printed:.0f}. The standard error of a mean is {100 * error[long].max():.2g} % at most for the Jacobian written out, and "
+        f"Each mean is over {rows['runs'].max()} runs of {rows['configurations'].max():,} configurations, and over {rows['runs'][long].min()} runs for the "
+        f"Jacobian written out, because 1,000 configurations take it {_duration(1000 * rows['mean'][long].max())}; the paper has "
+        f"{printed:.0f} runs of {verdicts.ON.printed('timing-inputs'):,.0f}. "
+        f"The standard error of a mean is {100 * error[long].max():.2g} % at most for the Jacobian written out, and "
         f"{100 * error[~long].median():.2g} % in the median for all other programs. All programs in Octave agree with the package "
         f"to a relative deviation of {written(rows['deviation'].max(), '{:.0e}')}."
     )
