@@ -114,7 +114,7 @@ class DesignShare:
         """
         rows = []
         for name, own in factors.loc[self.holds.index].items():
-            level = _levels(own)
+            level = levels(own)
             table = pd.crosstab(level, self.holds)
             chance = chi2_contingency(table).pvalue if min(table.shape) > 1 else 1.0
             for value, part in self.holds.groupby(level, sort=True):
@@ -143,7 +143,7 @@ class DesignShare:
         return " and ".join(parts[:_NAMED])
 
 
-def _levels(values: pd.Series) -> pd.Series:
+def levels(values: pd.Series) -> pd.Series:
     """Return the level of a factor that each reading has, as a text."""
     if not pd.api.types.is_numeric_dtype(values) or values.nunique() <= _MOST_LEVELS:
         return values.map(lambda value: f"{value:g}" if isinstance(value, float) else str(value))

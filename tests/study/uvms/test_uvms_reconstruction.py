@@ -66,3 +66,21 @@ def test_radial_basis_loops_end_later_where_they_begin_later():
         spread = found[f"rb_spread_from_{first:g}"]
         assert not spread < first
     assert found["rb_fewest"] <= found["rb_neurons_from_1"]
+
+
+def test_alone_changes_one_factor_at_a_time():
+    changed = [{name for name in CHOSEN if values[name] != CHOSEN[name]} for _, values in experiment.ALONE]
+    assert changed[0] == set()
+    assert all(len(names) == 1 for names in changed[1:])
+    assert set().union(*changed) == set(CHOSEN)
+    assert len({name for name, _ in experiment.ALONE}) == len(experiment.ALONE)
+
+
+def test_a_loop_goes_on_until_a_network_passes():
+    rows = experiment.loops(0, **{**experiment.loops.smoke, "neurons": 4}).where()
+    for _, steps in rows.groupby(["index", "case", "kind"]):
+        assert steps["step"].tolist() == list(range(1, len(steps) + 1))
+        assert not steps["passes"].iloc[:-1].any()
+        assert (steps["passes"] == (steps["testing_error"] <= LIMIT)).all()
+        at_the_limit = len(steps) == 4 or steps["spread"].iloc[-1] == 10.0
+        assert steps["passes"].iloc[-1] or at_the_limit
