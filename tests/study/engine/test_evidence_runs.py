@@ -93,8 +93,9 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path):
     house = House(tmp_path)
     house.edit(f"{TINY}/experiment.py", "pause=0.0, sizes", "pause=1.0, sizes")
     process = house.start("evidence", "uvms.tiny.errors", "--workers", "1")
-    first = house.results / "errors/chosen.0.toml"
-    wait_for(first.exists)
+    wait_for(lambda: list(house.results.glob("errors/chosen.*.toml")))
+    # Runs start in any order.
+    (first,) = house.results.glob("errors/chosen.*.toml")
     time.sleep(0.3)
     process.kill()
     process.end()

@@ -12,7 +12,6 @@ from dexterity_study.claims.judge import Judge, by_reading
 from dexterity_study.engine.evidence import Evidence, chapters
 from dexterity_study.engine.experiment import Experiment
 from dexterity_study.engine.table import Table
-from dexterity_study.uvms import unprinted
 from dexterity_study.uvms.choice import verdicts as choice
 from dexterity_study.uvms.cost import verdicts as cost
 from dexterity_study.uvms.feed_forward import verdicts as feed_forward
@@ -139,18 +138,6 @@ def test_four_and_five_neurons_are_good_only_above_the_limit_and_below_six_and_s
 
     evidence = changed("uvms.feed_forward", "sizes", printed)
     assert given(feed_forward.verdicts(evidence), "four-and-five-neurons-good").outcome == outcome
-
-
-def test_a_loop_that_does_not_end_counts_as_endless_in_the_design(monkeypatch):
-    rows = {
-        "w_ff_neurons": [3, 100], "w_ff_passes": [True, False],
-        "KCI_rb_neurons_from_0.1": [94, 0], "KCI_rb_spread_from_0.1": [0.5, np.nan],
-    }  # fmt: skip
-    index = pd.MultiIndex.from_tuples([(0, 0), (1, 0)], names=["number", "repetition"])
-    monkeypatch.setattr(unprinted, "_rows", lambda: pd.DataFrame(rows, index=index))
-    assert unprinted.ends_of_loops("w").tolist() == [3, np.inf]
-    assert unprinted.ends_of_growth("KCI").tolist() == [94, np.inf]
-    assert unprinted.ends_of_growth("KCI", "spread").tolist() == [0.5, np.inf]
 
 
 def test_a_loop_is_at_the_smallest_size_of_its_own_reading_or_not_at_its_end():
