@@ -54,7 +54,9 @@ RESULTS = (
         "w: 8 sigmoids pass, trained to the goal", lambda rows: rows["w_ff_printed_error"] <= LIMIT
     ),
     PrintedResult(
-        "w: loop ends near 149 bells", lambda rows: ends_of_growth("w", rows=rows), "radial-basis-w-neurons"
+        "w: loop ends near 149 RBF units",
+        lambda rows: ends_of_growth("w", rows=rows),
+        "radial-basis-w-neurons",
     ),
     PrintedResult(
         "KCI: loop ends near 25 sigmoids", lambda rows: ends_of_loops("KCI", rows), "feed-forward-kci-neurons"
@@ -69,13 +71,14 @@ RESULTS = (
         "radial-basis-kci-spread",
     ),
     PrintedResult(
-        "KCI: 142 bells of spread 8.9 pass", lambda rows: bells_at_printed_spread(rows) <= PRINTED["KCI"][1]
+        "KCI: 142 RBF units of spread 8.9 pass",
+        lambda rows: units_at_printed_spread(rows) <= PRINTED["KCI"][1],
     ),
 )
 """What is asked of a reading."""
 
 
-def bells_at_printed_spread(rows: Rows) -> pd.Series:
+def units_at_printed_spread(rows: Rows) -> pd.Series:
     """Return the neurons that pass the test for KCI at the printed spread; infinity where none do."""
     return rows["KCI_rb_at_printed_spread"].astype(float).replace(0, np.inf)
 

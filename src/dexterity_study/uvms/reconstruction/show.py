@@ -32,41 +32,41 @@ from dexterity_study.uvms.reconstruction.printed_results import (
     RESULTS,
     Rows,
     all_at_once,
-    bells_at_printed_spread,
+    units_at_printed_spread,
     come_out,
 )
 from dexterity_study.uvms.unprinted import READINGS, design, ends_of_growth, ends_of_loops, factors
 
 WORDS: Mapping[str, str] = {
-    "l1": "height of the shoulder above the vehicle's centre [m]",
-    "l2": "length of the upper arm [m], of 1 m in all",
-    "vehicle_speed": "largest linear rate of the vehicle [m/s]",
-    "vehicle_rate": "largest angular rate of the vehicle [rad/s]",
-    "arm_rate": "largest rate of the arm's joints [rad/s]",
-    "tool_speed": "largest linear rate of the tool [m/s]",
-    "frame": "Jacobian behind KCI",
-    "ahead": "task point ahead of the world's origin [m]",
-    "azimuth": "half angle of the search area [deg]",
-    "elevation": "and out of its plane [deg]",
-    "vehicle_angle": "largest angle of the vehicle [deg]",
-    "rows_w": "training rows for w",
-    "rows_KCI": "training rows for KCI",
+    "l1": "shoulder height [m]",
+    "l2": "upper arm [m]",
+    "vehicle_speed": "vehicle's rate [m/s]",
+    "vehicle_rate": "vehicle's rate [rad/s]",
+    "arm_rate": "arm's rate [rad/s]",
+    "tool_speed": "tool's rate [m/s]",
+    "frame": "Jacobian of KCI",
+    "ahead": "task point ahead [m]",
+    "azimuth": "half sector [deg]",
+    "elevation": "out of plane [deg]",
+    "vehicle_angle": "vehicle's angle [deg]",
+    "rows_w": "rows for w",
+    "rows_KCI": "rows for KCI",
     "test_points": "test points",
-    "scaling": "inputs of sigmoids are scaled to",
+    "scaling": "inputs of sigmoids",
     "damping": "damping rule",
     "stopping": "trainings stop",
-    "unit": "inputs of bells are in",
-    "first_spread": "first spread of the loop",
+    "unit": "inputs of RBF units",
+    "first_spread": "first spread",
 }
 """Factors in the words of the page."""
 
 QUANTITIES: Mapping[str, tuple[float, Callable[[Rows], pd.Series], str]] = {
     "w: sigmoids": (PRINTED["w"][0], lambda rows: ends_of_loops("w", rows), "{:.0f}"),
-    "w: bells": (PRINTED["w"][1], lambda rows: ends_of_growth("w", rows=rows), "{:.0f}"),
+    "w: RBF units": (PRINTED["w"][1], lambda rows: ends_of_growth("w", rows=rows), "{:.0f}"),
     "KCI: sigmoids": (PRINTED["KCI"][0], lambda rows: ends_of_loops("KCI", rows), "{:.0f}"),
-    "KCI: bells at spread 8.9": (PRINTED["KCI"][1], bells_at_printed_spread, "{:.0f}"),
+    "KCI: units at 8.9": (PRINTED["KCI"][1], units_at_printed_spread, "{:.0f}"),
     "KCI: spread": (SPREAD, lambda rows: ends_of_growth("KCI", "spread", rows), "{:.1f}"),
-    "KCI: error of 25 sigmoids [%]": (2, lambda rows: 100 * rows["KCI_ff_error"], "{:.1f}"),
+    "KCI: error of 25 [%]": (2, lambda rows: 100 * rows["KCI_ff_error"], "{:.1f}"),
 }
 """What is compared with a printed number: the number, what a row gives, and its form."""
 
@@ -79,7 +79,7 @@ def shares_of_results() -> Figure:
     places = np.arange(len(found))[::-1]
     ax.barh(places, [100 * share for share in found.values()], height=0.35)
     for place, (title, share) in zip(places, found.items(), strict=True):
-        ax.text(0, place + 0.3, f"{title}: {share:.0%}", va="bottom")
+        ax.text(0.5, place + 0.18, f"{title}: {share:.0%}", va="bottom")
     ax.set(xlim=(0, 100), ylim=(-0.5, len(found) - 0.1), yticks=[], xlabel="share of the readings [%]")
     ax.grid(visible=False, axis="y")
     return fig
@@ -209,10 +209,10 @@ def what_decides() -> Figure:
         color = "white" if value < 60 else "black"
         ax.text(column, row, f"{value:.0f}", ha="center", va="center", color=color)
     ax.set_xticks(range(len(RESULTS)), [str(number) for number, _ in enumerate(RESULTS, start=1)])
-    ax.set_yticks(range(len(WORDS)), [name.replace("_", " ") for name in WORDS])
+    ax.set_yticks(range(len(WORDS)), list(WORDS.values()))
     ax.set_xlabel("printed result")
     ax.grid(visible=False)
-    fig.colorbar(mesh, ax=ax, label="largest minus smallest share [%]")
+    fig.colorbar(mesh, ax=ax, location="top", label="largest minus smallest share [%]")
     return fig
 
 
