@@ -32,8 +32,8 @@ from dexterity_study.uvms.reconstruction.printed_results import (
     RESULTS,
     Rows,
     all_at_once,
-    units_at_printed_spread,
     come_out,
+    units_at_printed_spread,
 )
 from dexterity_study.uvms.unprinted import READINGS, design, ends_of_growth, ends_of_loops, factors
 
