@@ -16,7 +16,7 @@ from dexterity_study.claims.ledger import load_paper
 from dexterity_study.claims.scorecard import chapter_verdicts
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page import figures
-from dexterity_study.page.markup import Markup, element, inline
+from dexterity_study.page.markup import Markup
 from dexterity_study.page.numbers import with_range
 from dexterity_study.page.tables import show
 from dexterity_study.uvms.reconstruction.experiment import (
@@ -246,13 +246,14 @@ def most_probable() -> Markup:
             found.append((chance, WORDS[name], met.groupby(level).mean()))
     found.sort(key=lambda one: one[0])
     if not found:
-        text = f"In {len(met)} readings no setting changes the number of results beyond chance."
-        return Markup(element("p", text))
+        found = [
+            (1.0, "no setting matters beyond chance so far", met.groupby(lambda _: "all readings").mean())
+        ]
     rows = {(title, level): mean for _, title, means in found for level, mean in means.items()}
     return show(pd.Series(rows, name="results that come out", dtype=float), "{:.1f}")
 
 
-def finding() -> Markup:
+def finding() -> str:
     """Say in how many readings everything comes out, and what never does."""
     rows = design()
     every, shares = all_at_once(rows).count, come_out(rows)
@@ -264,7 +265,7 @@ def finding() -> Markup:
         f"No reading explains: {never}." if never else "",
         f"Fewer than one reading in twenty explains: {seldom}." if seldom else "",
     )
-    return Markup(element("p", inline(" ".join(filter(None, parts)))))
+    return " ".join(filter(None, parts))
 
 
 _SELDOM = 0.05
