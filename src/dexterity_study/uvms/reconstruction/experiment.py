@@ -97,7 +97,7 @@ FACTORS = (
 A task point ahead of the world's origin by less is the same as an origin that is moved ahead by as much. The first
 spread and the neuron limits are varied besides, for each reading: see `SPREADS`."""
 
-CHOSEN: Values = {factor.name: factor.chosen for factor in FACTORS}
+CHOSEN: dict[str, Level] = {factor.name: factor.chosen for factor in FACTORS}
 BLOCKS, BLOCK, DESIGN_SEED = 8, 4, 20_161_130
 """Runs so far, of the 52 that make the whole design; readings of one run; and what scrambles their sequence."""
 

@@ -218,12 +218,10 @@ def what_decides() -> Figure:
 
 def closest(count: int = 5) -> Markup:
     """Set the readings that bear out most printed results."""
-    met, settings = come_out(design()).sum(axis=1), factors()
+    met, settings = come_out(design()).sum(axis=1), factors().to_dict("index")
     best = met.sort_values(ascending=False, kind="stable").head(count)
     columns = {
-        f"reading {number}: {results} of {len(RESULTS)}": [
-            _value(settings.loc[number, name]) for name in WORDS
-        ]
+        f"reading {number}: {results} of {len(RESULTS)}": [_value(settings[number][name]) for name in WORDS]
         for number, results in best.items()
     }
     return show(pd.DataFrame(columns, index=list(WORDS.values())))
