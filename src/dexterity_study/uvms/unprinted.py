@@ -5,6 +5,8 @@ A loop that ends at its limit has found no network: its number of neurons, and i
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pandas as pd
 
@@ -24,8 +26,14 @@ def in_design(on: Judge, claim: str, values: pd.Series | pd.DataFrame) -> Design
 
 def design() -> pd.DataFrame:
     """Return the rows of the space-filling design by reading and repetition, each reading with a first spread."""
-    rows = Evidence("uvms.reconstruction")["design"].where().set_index(["number", "repetition"]).sort_index()
+    rows = _stored()["design"].where().set_index(["number", "repetition"]).sort_index()
     return rows.assign(first_spread=first_spreads()[rows.index.get_level_values("number")])
+
+
+@cache
+def _stored() -> Evidence:
+    """Return the evidence of the chapter, whose files are read once for all verdicts."""
+    return Evidence("uvms.reconstruction")
 
 
 def first_spreads() -> np.ndarray:
