@@ -10,6 +10,7 @@ Quantities are SI and radians in float64; leading axes are batch axes; twists ar
 ``Index``, ``indices``              dexterity indices and ellipsoids
 ``tasks``                           the index that serves a task, and rankings by it
 ``inverse_kinematics``              configurations at a pose, null-space motion
+``collision``                       distances of bodies on a robot and around it
 ``symbolic``, ``codegen``           exact indices compiled, and their source code
 ``sampling``, ``search``            spaces of configurations; optima in them
 ``reach``                           reach maps and base placement
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from dexterity import (
         chain,
         codegen,
+        collision,
         crane,
         docking,
         indices,
@@ -56,6 +58,7 @@ __all__ = [
     "Index",
     "chain",
     "codegen",
+    "collision",
     "crane",
     "docking",
     "indices",

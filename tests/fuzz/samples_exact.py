@@ -25,7 +25,7 @@ from good_values import (
 )
 
 import dexterity as dx
-from dexterity import codegen, inverse_kinematics, robots, spatial, store, symbolic, tasks, urdf
+from dexterity import codegen, collision, inverse_kinematics, robots, spatial, store, symbolic, tasks, urdf
 from dexterity.codegen import ecmascript, recorded_functions
 from dexterity.program import Program
 
@@ -53,6 +53,21 @@ def program() -> Program:
 @cache
 def compiled() -> symbolic.CompiledIndex:
     return symbolic.compile_index(puma(), w())
+
+
+@cache
+def ball() -> collision.Body:
+    return collision.Body(collision.Sphere((0.5, 0.5, 0.5), 0.1), "world", "ball")
+
+
+@cache
+def bodies() -> collision.Bodies:
+    return collision.Bodies(puma(), [*collision.capsules(puma(), 0.01), ball()])
+
+
+@cache
+def bodies_in_c() -> collision.CompiledBodies:
+    return collision.in_c(bodies())
 
 
 @cache
@@ -227,6 +242,27 @@ SAMPLES: dict[str, Arguments] = {
     "codegen.recording.record": of(
         function=lambda: torch.sin, samples=lambda: torch.ones(2, dtype=torch.float64)
     ),
+    # ---- collision ----
+    "collision.Sphere": of(centre=(0.1, 0.2, 0.3), radius=0.1),
+    "collision.Capsule": of(start=(0.1, 0.2, 0.3), end=(0.4, 0.5, 0.6), radius=0.1),
+    "collision.Box": of(size=(0.1, 0.2, 0.3), centre=(0.4, 0.5, 0.6), rotation=np.eye(3)),
+    "collision.Body": of(shape=lambda: ball().shape, link=1, name="ball"),
+    "collision.capsules": of(chain=puma, radius=0.01, hand=0.1, along=(0.0, 0.0, 1.0)),
+    "collision.Bodies": of(
+        chain=puma,
+        bodies=lambda: [*collision.capsules(puma(), 0.01), ball()],
+        excluded=lambda: [("ball", bodies().names[0])],
+    ),
+    **{
+        f"collision.Bodies.{name}": of(self=bodies, q=Q, T_world_base=np.eye(4))
+        for name in ("checked", "clearance", "distances")
+    },
+    "collision.Bodies.collides": of(self=bodies, q=Q, T_world_base=np.eye(4), margin=0.1),
+    "collision.CompiledBodies": of(bodies=bodies),
+    "collision.CompiledBodies.clearance": of(self=bodies_in_c, q=Q, T_world_base=np.eye(4)),
+    "collision.CompiledBodies.collides": of(self=bodies_in_c, q=Q, T_world_base=np.eye(4), margin=0.1),
+    "collision.in_c": of(bodies=bodies),
+    "collision.c_source": of(bodies=bodies, name="arm"),
     # ---- inverse kinematics ----
     "inverse_kinematics.closed_form": of(chain=puma),
     "inverse_kinematics.geometric_miss": of(chain=puma),
