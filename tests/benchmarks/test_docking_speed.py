@@ -35,6 +35,24 @@ def test_a_million_poses_in_a_second():
     assert branches.median / closed.median > 20
 
 
+def test_with_bodies_hundreds_of_thousands_of_poses_in_a_second():
+    """Four corners, all branches, the arm, block and vehicle."""
+    arm, corners = dx.robots.docking_arm(), docking.square(0.2)
+    bodies, many = docking.block_and_vehicle(arm), poses(POSES)
+    with one_thread():
+        (around,) = measure(
+            [
+                Way(
+                    "with bodies",
+                    lambda: docking.area_manipulability(arm, many, corners, TOOL_UP, bodies),
+                    POSES,
+                )
+            ]
+        )
+    print(f"{1 / around.median:,.0f} poses a second with bodies")
+    assert 1 / around.median > 4e5
+
+
 def test_a_genetic_run_of_the_paper_s_size_takes_less_than_a_second():
     problem = docking.DockingProblem(dx.robots.docking_arm())
     runs = [

@@ -9,7 +9,7 @@ import torch
 from good_values import VECTOR, Arguments, Q, draws, elbow, folder, of, puma
 
 import dexterity as dx
-from dexterity import crane, docking, search, store
+from dexterity import collision, crane, docking, search, store
 from dexterity.crane import positioning, shape
 from dexterity.workspace import (
     archive,
@@ -48,6 +48,11 @@ def T_of_links() -> np.ndarray:
 @cache
 def docking_problem() -> docking.DockingProblem:
     return docking.DockingProblem(elbow())
+
+
+@cache
+def docked() -> collision.Bodies:
+    return docking.block_and_vehicle(elbow())
 
 
 def points() -> np.ndarray:
@@ -165,14 +170,27 @@ def crane_file() -> str:
 
 SAMPLES: dict[str, Arguments] = {
     # ---- docking ----
-    "docking.area_manipulability": of(arm=elbow, pose=POSE, points=points, tool=np.array(docking.TOOL_UP)),
-    "docking.largest_manipulability": of(arm=elbow, pose=POSE, points=points, tool=np.array(docking.TOOL_UP)),
+    "docking.area_manipulability": of(
+        arm=elbow, pose=POSE, points=points, tool=np.array(docking.TOOL_UP), bodies=docked
+    ),
+    "docking.largest_manipulability": of(
+        arm=elbow, pose=POSE, points=points, tool=np.array(docking.TOOL_UP), bodies=docked
+    ),
     "docking.configurations": of(arm=elbow, pose=POSE, points=points, tool=np.array(docking.TOOL_UP)),
     "docking.base_pose": of(pose=POSE),
+    "docking.block_and_vehicle": of(
+        arm=elbow,
+        block=(2.0, 2.0, 2.0),
+        vehicle=(1.5, 1.2, 1.0),
+        bottom=-0.2,
+        radius=0.01,
+        hand=0.1,
+        excluded=[("hand", "block")],
+    ),
     "docking.inverse_kinematics": of(arm=elbow, T_base_tool=lambda: elbow().forward(Q).numpy()),
     "docking.on_base": of(arm=elbow, pose=POSE),
     "docking.square": of(half_width=0.2, per_side=2, height=0.1, face="top"),
-    "docking.DockingProblem": of(arm=elbow, region="and", face="top", area=0.4, points=points),
+    "docking.DockingProblem": of(arm=elbow, region="and", face="top", area=0.4, points=points, bodies=docked),
     **{
         f"docking.DockingProblem.{name}": of(self=docking_problem, pose=POSE)
         for name in ("allows", "distance", "area_manipulability", "objective", "fitness")

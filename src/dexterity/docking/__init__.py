@@ -23,6 +23,7 @@ from dexterity.docking.area import (
     on_base,
     square,
 )
+from dexterity.docking.free_branches import block_and_vehicle
 from dexterity.docking.problem import Docking, DockingProblem, evaluations, genetic_docking, global_docking
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ __all__ = [
     "Solutions",
     "area_manipulability",
     "base_pose",
+    "block_and_vehicle",
     "configurations",
     "evaluations",
     "export",

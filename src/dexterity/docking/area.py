@@ -24,7 +24,9 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
+from dexterity.collision import Bodies, CompiledBodies, in_c
 from dexterity.docking.elbow import ElbowArm
+from dexterity.docking.free_branches import FreeBranches, require_same_arm
 from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
 from dexterity.spatial.poses import assemble
@@ -166,9 +168,16 @@ def configurations(arm: Chain, pose: TensorLike, points: TensorLike, tool: Tenso
 
 
 def largest_manipulability(
-    arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP
+    arm: Chain,
+    pose: TensorLike,
+    points: TensorLike,
+    tool: TensorLike = TOOL_UP,
+    bodies: Bodies | None = None,
 ) -> Float64[Tensor, "*batch m"]:
     """Largest w of the configurations within the joint limits, at each control point, Eq. 16.
+
+    With bodies, configurations in collision do not count. These values are computed by compiled C: a C
+    compiler is needed, and torch cannot differentiate them.
 
     Parameters
     ----------
@@ -180,20 +189,27 @@ def largest_manipulability(
         (m, 3) control points in G [m].
     tool
         (3, 3) orientation R_G_tool of the tool at every point.
+    bodies
+        Bodies on the arm, on its base and in G, the frame of their world, such as those of
+        :func:`~dexterity.docking.free_branches.block_and_vehicle`; None for an arm that passes through all.
 
     Returns
     -------
-    (..., m) values; 0 where a point is not reached, or not within the limits.
+    (..., m) values; 0 where a point is not reached, not within the limits, or not without a collision.
 
     Raises
     ------
     ValueError
         If a shape does not fit, something is not finite, there is no control point, the orientation is no
-        rotation, or the arm has no spherical wrist.
+        rotation, the arm has no spherical wrist, or the bodies are on another arm.
+    CompilationFailed
+        If there are bodies, and a compiler is missing or fails.
     """
     elbow = _elbow_arm(checks.instance(arm, "arm", Chain))
     pose, points, R = _poses(pose), control_points(points), orientation(tool)
     rows = pose.reshape(-1, pose.shape[-1])
+    if bodies is not None:
+        return _around(arm, rows, points, R, bodies).reshape(*pose.shape[:-1], len(points))
     at_once = max(1, _NUMBERS_AT_ONCE // len(points))
     if elbow is None:
         parts = [_by_branches(arm, some, points, R) for some in rows.split(at_once)]
@@ -203,12 +219,18 @@ def largest_manipulability(
 
 
 def area_manipulability(
-    arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike = TOOL_UP
+    arm: Chain,
+    pose: TensorLike,
+    points: TensorLike,
+    tool: TensorLike = TOOL_UP,
+    bodies: Bodies | None = None,
 ) -> Float64[Tensor, "*batch"]:
     """Area manipulability M_a (...), Eq. 1: the smallest over the control points of the largest w.
 
     Parameters, frames and errors are those of `largest_manipulability`.
     """
+    if bodies is not None:
+        return _area_around(checks.instance(arm, "arm", Chain), pose, points, tool, bodies)
     if _elbow_arm(checks.instance(arm, "arm", Chain)) is not None:
         return largest_manipulability(arm, pose, points, tool).amin(-1)
     pose, points = _poses(pose), control_points(points)
@@ -220,6 +242,36 @@ def area_manipulability(
         found = largest_manipulability(arm, rows[alive], point[None], tool)[:, 0]
         smallest = smallest.masked_scatter(alive, torch.minimum(smallest[alive], found))
     return smallest.reshape(pose.shape[:-1])
+
+
+def _area_around(
+    arm: Chain, pose: TensorLike, points: TensorLike, tool: TensorLike, bodies: Bodies
+) -> Tensor:
+    pose, points, R = _poses(pose), control_points(points), orientation(tool)
+    rows = pose.reshape(-1, pose.shape[-1])
+    return _around(arm, rows, points, R, bodies, smallest=True).reshape(pose.shape[:-1])
+
+
+def _around(
+    arm: Chain, pose: Tensor, points: Tensor, R: Tensor, bodies: Bodies, smallest: bool = False
+) -> Tensor:
+    """Values (N, m) of branches that are free of collision, or the smallest ones (N)."""
+    quick, checked = _with_bodies(arm, bodies)
+    if quick is not None:
+        places = base_pose(pose) if pose.shape[-1] == 6 else pose
+        return quick.values(places, points, R, smallest)
+    at_once = max(1, _NUMBERS_AT_ONCE // len(points))
+    values = torch.cat([_by_branches(arm, some, points, R, checked) for some in pose.split(at_once)])
+    return values.amin(-1) if smallest else values
+
+
+@functools.lru_cache(maxsize=8)
+@torch.inference_mode(False)  # kept for later calls in every mode
+def _with_bodies(arm: Chain, bodies: Bodies) -> tuple[FreeBranches | None, CompiledBodies | None]:
+    """Return what serves an arm with bodies: the closed form if there is one, else a check of branches."""
+    require_same_arm(arm, bodies)
+    quick = FreeBranches.of(arm, bodies)
+    return quick, in_c(bodies) if quick is None else None
 
 
 @functools.lru_cache(maxsize=8)
@@ -242,15 +294,20 @@ def _by_closed_form(elbow: ElbowArm, pose: Tensor, points: Tensor, R: Tensor) ->
     return elbow.manipulability(local, axis)
 
 
-def _by_branches(arm: Chain, pose: Tensor, points: Tensor, R: Tensor) -> Tensor:
+def _by_branches(
+    arm: Chain, pose: Tensor, points: Tensor, R: Tensor, bodies: CompiledBodies | None = None
+) -> Tensor:
     w = pose.new_zeros(len(pose), len(points))
     centre, radius = _ball(arm)
     local = spatial.apply(spatial.inverse(base_pose(pose))[:, None], points)
     near = (local - centre).norm(dim=-1) <= radius
     places, numbers = near.nonzero().unbind(1)
-    T_tool = spatial.inverse(base_pose(pose[places])) @ spatial.pose(R, points[numbers])
-    q, valid, within = inverse_kinematics(arm, T_tool)
+    T_base = base_pose(pose[places])
+    q, valid, within = inverse_kinematics(arm, spatial.inverse(T_base) @ spatial.pose(R, points[numbers]))
     usable = valid & within
+    if bodies is not None:
+        bases = T_base[:, None].expand(*usable.shape, 4, 4)
+        usable[usable.clone()] = ~bodies.collides(q[usable], bases[usable])
     values = torch.zeros_like(q[..., 0])
     values[usable] = torch.linalg.det(arm.spatial_jacobian(q[usable])).abs()
     w[near] = values.amax(-1)

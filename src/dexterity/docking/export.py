@@ -38,10 +38,12 @@ def javascript_module(problem: DockingProblem) -> str:
     Raises
     ------
     ValueError
-        If the face is not the top, or poses have a tilt.
+        If the face is not the top, poses have a tilt, or the problem has bodies.
     """
     if problem.face != "top" or problem.tilt:
         raise ValueError(f"face is {problem.face} and tilt {problem.tilt}; the top without tilt is needed")
+    if problem.bodies is not None:
+        raise ValueError("problem has bodies, whose collisions no module computes")
     pose = (problem.lower + problem.upper) / 2 + 0.1
     point = pose.new_tensor([0.1, 0.05, 0.0])
 

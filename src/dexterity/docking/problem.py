@@ -27,6 +27,7 @@ from tqdm import tqdm
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
+from dexterity.collision import Bodies
 from dexterity.docking.area import (
     TOOL_AHEAD,
     TOOL_UP,
@@ -37,6 +38,7 @@ from dexterity.docking.area import (
     orientation,
     square,
 )
+from dexterity.docking.free_branches import require_same_arm
 from dexterity.inverse_kinematics import spherical_wrist
 from dexterity.search import box
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
@@ -99,13 +101,16 @@ class DockingProblem:
     tool
         (3, 3) orientation R_G_tool of the tool at the control points; None to have its sixth axis square to
         the face.
+    bodies
+        Bodies on the arm, on its base and in G: configurations in collision do not count. None for an arm
+        that passes through block and vehicle, as in the paper's formulas.
 
     Raises
     ------
     ValueError
-        If the arm has no spherical wrist, the region or the face is unknown, a number is not finite or out of
-        its range, there is no control point or one is beyond the block, the task area is larger than the
-        block, a lower limit is above its upper one, or no pose is allowed.
+        If the arm has no spherical wrist, the bodies are on another arm, the region or the face is unknown, a
+        number is not finite or out of its range, there is no control point or one is beyond the block, the
+        task area is larger than the block, a lower limit is above its upper one, or no pose is allowed.
     TypeError
         If an argument is of another kind.
     """
@@ -125,6 +130,7 @@ class DockingProblem:
     manipulability_weight: float = 50.0
     distance_weight: float = 0.1
     tool: tuple[tuple[float, float, float], ...] | None = None
+    bodies: Bodies | None = None
 
     def __post_init__(self) -> None:
         checks.fields(
@@ -144,6 +150,8 @@ class DockingProblem:
             distance_weight=checks.Real(least=0.0),
             tool=_tool,
         )
+        if self.bodies is not None:
+            require_same_arm(self.arm, self.bodies)
         if self.area > min(self.block):
             raise ValueError(f"area is {self.area}; the block is {self.block}, and smaller")
         for name in ("height", "yaw"):
@@ -236,9 +244,9 @@ class DockingProblem:
         return spatial.apply(base_pose(pose), pose.new_tensor(self.foot))
 
     def area_manipulability(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
-        """Area manipulability M_a over the control points, Eq. 1."""
+        """Area manipulability M_a over the control points, Eq. 1, of configurations that are free."""
         tool = self._lie.tool if self.tool is None else self.tool
-        return area_manipulability(self.arm, self._poses(pose), self._control_points, tool)
+        return area_manipulability(self.arm, self._poses(pose), self._control_points, tool, self.bodies)
 
     def objective(self, pose: TensorLike) -> Float64[Tensor, "*batch"]:
         """Objective a M_a − b D of Eq. 8, wherever the pose is."""

@@ -1,0 +1,211 @@
+"""The best branch that touches nothing: an elbow arm with bodies at many poses, compiled to C.
+
+The branches of :class:`~dexterity.docking.elbow.ElbowArm` that are within the limits are taken one after the
+other, the most dexterous first, until one has no bodies in collision.
+
+Examples
+--------
+>>> import dexterity as dx
+>>> from dexterity.docking.free_branches import FreeBranches, block_and_vehicle
+>>> arm = dx.robots.docking_arm()
+>>> bodies = block_and_vehicle(arm)
+>>> FreeBranches.of(arm, bodies) is not None
+True
+>>> pose, corners = [-0.42, -0.2, 0.2, 0.84], dx.docking.square(0.2)
+>>> through, around = (dx.docking.area_manipulability(arm, pose, corners, bodies=b) for b in (None, bodies))
+>>> bool(around < through)
+True
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Iterable
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from dexterity import checks, spatial
+from dexterity.chain import Chain
+from dexterity.codegen.c_file import CFile, commented, table
+from dexterity.codegen.library import compiled_library, plain_memory
+from dexterity.codegen.printing import number
+from dexterity.collision import TOUCH, Bodies, Body, Box, capsules
+from dexterity.collision.bodies import line_of
+from dexterity.collision.compiled import shapes_in_c
+from dexterity.docking.elbow import ElbowArm
+from dexterity.spatial.tolerances import LIMIT
+
+__all__ = ["FreeBranches", "block_and_vehicle", "require_same_arm"]
+
+
+class FreeBranches:
+    """Largest w of the branches of an elbow arm that are within the limits and free of collision.
+
+    Parameters
+    ----------
+    elbow
+        The arm.
+    arm
+        The same arm as a chain.
+    bodies
+        Bodies on its links 0 to 4 and 6; those on link 4 lie along the link's axis.
+
+    Raises
+    ------
+    CompilationFailed
+        If a compiler is missing or fails.
+    OSError
+        If the folder for compiled code cannot be written.
+    """
+
+    def __init__(self, elbow: ElbowArm, arm: Chain, bodies: Bodies) -> None:
+        function = compiled_library(_c_source(elbow, arm, bodies)).docking_batch
+        pointer, size, flag = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
+        function.argtypes = [pointer, size, flag, pointer, size, pointer, flag, pointer]
+        self._function = function
+
+    @classmethod
+    def of(cls, arm: Chain, bodies: Bodies) -> FreeBranches | None:
+        """Return what serves an arm with its bodies; None if it is no elbow arm, or a body turns otherwise.
+
+        Raises
+        ------
+        CompilationFailed, OSError
+            As the constructor.
+        """
+        elbow = ElbowArm.of(arm)
+        if elbow is None or not all(_is_served(body, elbow) for body in bodies.bodies):
+            return None
+        return cls(elbow, arm, bodies)
+
+    def values(self, pose: Tensor, points: Tensor, tool: Tensor, smallest: bool) -> Tensor:
+        """Values (N, m) at poses (N, 4) or (N, 4, 4) and points (m, 3); with `smallest` the least (N)."""
+        poses, at, R = (plain_memory(part.detach()) for part in (pose, points, tool))
+        shape = (len(poses),) if smallest else (len(poses), len(at))
+        values = torch.empty(shape, dtype=torch.float64, device="cpu")
+        error = self._function(
+            poses.data_ptr(), len(poses), poses.ndim == 3, at.data_ptr(), len(at), R.data_ptr(), smallest,
+            values.data_ptr(),
+        )  # fmt: skip
+        if error:
+            raise RuntimeError(f"the compiled function returned error {error}")
+        return values.to(pose.device)
+
+
+def _is_served(body: Body, elbow: ElbowArm) -> bool:
+    """Whether the first three joints and the tool's pose say where a body is."""
+    if body.link != 4:
+        return body.link != 5
+    line = line_of(body)
+    on_axis = (line[:, 1:] - line.new_tensor([elbow.sideways, elbow.height])).abs().max() < 1e-12
+    return not isinstance(body.shape, Box) and bool(on_axis)
+
+
+def _c_source(elbow: ElbowArm, arm: Chain, bodies: Bodies) -> str:
+    file = CFile("docking")
+    link = [-1 if body.link == "world" else body.link for body in bodies.bodies]
+    links = [{link[a], link[b]} for a, b in bodies.numbered_pairs]
+    stages = [0 if max(pair) <= 0 else 1 if not {1, 2, 3, 4} & pair else 2 for pair in links]
+    limits = np.array([_limit(elbow.lower[i], elbow.upper[i]) for i in range(3)])
+    code = file.fill(
+        "elbow.c.in",
+        shapes=shapes_in_c(file, bodies),
+        stages="{" + ", ".join(map(str, stages)) + "}",
+        limits=table(limits),
+        from_tool=table(spatial.inverse(arm.home)[:3].numpy().ravel()),
+        sideways=number(elbow.sideways),
+        height=number(elbow.height),
+        upper=number(elbow.upper_arm),
+        fore=number(elbow.forearm),
+        touch=repr(TOUCH),
+    )
+    says = ["Largest manipulability of an elbow arm whose bodies touch nothing, generated by dexterity."]
+    return file.standalone(file.fill("elbow.h.in", heading=commented(says)), code)
+
+
+def _limit(lower: float, upper: float) -> tuple[float, float, float]:
+    """Cosine and sine of the middle of the limits, and the least cosine of the way from it to an angle.
+
+    They are those of :func:`dexterity.inverse_kinematics.turns.angles_within`.
+    """
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    if not half < math.pi:
+        return 1.0, 0.0, -2.0
+    return math.cos(middle), math.sin(middle), math.cos(min(half + LIMIT, math.pi)) - 4e-15
+
+
+def require_same_arm(arm: Chain, bodies: Bodies) -> Bodies:
+    """Return bodies if they are on this arm.
+
+    Raises
+    ------
+    ValueError
+        If their chain has other screws or another home.
+    TypeError
+        If they are none.
+    """
+    checks.instance(bodies, "bodies", Bodies)
+    own = bodies.chain
+    if own is not arm:
+        same = own.joints == arm.joints and torch.equal(own.screws, arm.screws)
+        if not same or not torch.equal(own.home, arm.home):
+            raise ValueError(f"bodies are on {own.name}; the arm is {arm.name}, with other screws or home")
+    return bodies
+
+
+@checks.arguments(arm=checks.Instance(Chain), radius=checks.Real(least=0.0), hand=checks.Real(least=0.0))
+def block_and_vehicle(
+    arm: Chain,
+    block: tuple[float, float, float] = (2.0, 2.0, 2.0),
+    vehicle: tuple[float, float, float] = (1.5, 1.2, 1.0),
+    bottom: float = -0.2,
+    radius: float = 0.0,
+    hand: float = 0.0,
+    excluded: Iterable[tuple[str, str]] = (),
+) -> Bodies:
+    """Return the bodies of a docked vehicle: the arm's links, the vehicle, and the block below.
+
+    The base is in the middle of the bow's width, and the vehicle is behind it. Links are lines unless they
+    have a radius; the bow stands back from the base by as much. The frame G is in the middle of the block's
+    top, z up.
+
+    Parameters
+    ----------
+    arm
+        The arm, x ahead and z up.
+    block, vehicle
+        Lengths along x, y and z [m].
+    bottom
+        z of the vehicle's bottom, seen from the base [m].
+    radius
+        Radius of the links and the hand [m].
+    hand
+        Length of a hand along the sixth axis [m], 0 for none.
+    excluded
+        Pairs of names that are not looked at, of ``"vehicle"``, ``"block"``, ``"hand"``, ``"link 1"``, …
+
+    Raises
+    ------
+    ValueError
+        If a length is not above 0, the radius or the hand is negative or not finite, the hand is longer than
+        the arm, or bodies overlap at home.
+    TypeError
+        If an argument is of another type.
+    """
+    bottom = checks.real(bottom, "bottom")
+    on_block, on_vehicle = Box(block), Box(vehicle)
+    length, _, height = on_vehicle.size
+    middle = (-length / 2 - radius, 0.0, bottom + height / 2)
+    along = arm.home[:3, :3].T @ arm.screws[-1, 3:]
+    return Bodies(
+        arm,
+        [
+            *capsules(arm, radius, hand, tuple(along.tolist())),
+            Body(Box(on_vehicle.size, middle), 0, "vehicle"),
+            Body(Box(on_block.size, (0.0, 0.0, -on_block.size[2] / 2)), "world", "block"),
+        ],
+        excluded,
+    )
