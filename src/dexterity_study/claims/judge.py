@@ -63,7 +63,11 @@ WORDS: Mapping[Outcome, str] = MappingProxyType(
         Outcome.REPRODUCED: "the rule of the claim grants it, in all admissible readings that were run",
         Outcome.IN_SHAPE: "the rule grants the weaker grade",
         Outcome.NOT_REPRODUCED: "the rule grants neither grade, and other readings may still do so",
-        Outcome.CONTRADICTED: "refuted in every admissible reading, or by logic",
+        Outcome.LOGGED: (
+            "the rule grants it, at least in part, on training logs that the authors published; nothing was run here, so it "
+            "reproduces nothing"
+        ),
+        Outcome.CONTRADICTED: "refuted in every admissible reading, by logic, or by the authors' own published logs",
         Outcome.UNDERSPECIFIED: (
             "admissible readings, or seeds where the paper has one draw, disagree; where a space-filling design of "
             f"readings was run, more than {FEW:.0%} of them disagree with the chosen one"
@@ -188,6 +192,27 @@ class Judge:
     def refuted(self, claim: str, note: str, ours: str = "") -> Verdict:
         """Contradict a claim by logic; the note has the argument."""
         return self._plain(claim, Outcome.CONTRADICTED, ours, note)
+
+    def logged(self, claim: str, values: Any, note: str, ours: str = "") -> Verdict:
+        """Judge a claim, by the rule that the ledger names, on what the authors logged and published.
+
+        Parameters
+        ----------
+        claim
+            Id of the claim.
+        values
+            Logged values, as for a call; readings do not apply.
+        note
+            Reason, in one sentence; it says that the values are logged.
+        ours
+            Logged value as a text, where the values are not what is to be read.
+        """
+        entry = self.paper.claim(claim)
+        (own,) = _by_reading(entry, values).values()
+        grade = _RULES[entry.rule](entry, own)
+        refuted = Outcome.CONTRADICTED if grade == Grade.REFUTED else Outcome.NOT_REPRODUCED
+        outcome = Outcome.LOGGED if grade.holds else refuted
+        return self._plain(claim, outcome, ours or _written(entry, values, own, "{:.3g}", ""), note)
 
     def misprint(self, claim: str, note: str, ours: str = "") -> Verdict:
         """Call a claim a misprint; the note names the numbers of the paper that show what was meant."""

@@ -11,6 +11,7 @@ class Outcome(StrEnum):
 
     REPRODUCED = "reproduced"
     IN_SHAPE = "in shape"
+    LOGGED = "as logged"
     FITTED = "fitted"
     NOT_REPRODUCED = "not reproduced"
     CONTRADICTED = "contradicted"

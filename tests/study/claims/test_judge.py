@@ -128,6 +128,23 @@ def test_cases_are_all_some_or_none(verdict):
     assert verdict(claim("cases"), {}).outcome == Outcome.NOT_REPRODUCED
 
 
+@pytest.mark.parametrize(
+    ("cases", "outcome"),
+    [
+        ({"Adam": True, "SGD": True}, Outcome.LOGGED),
+        ({"Adam": True, "SGD": False}, Outcome.LOGGED),
+        ({"Adam": False, "SGD": False}, Outcome.CONTRADICTED),
+        ({}, Outcome.NOT_REPRODUCED),
+    ],
+)
+def test_what_the_authors_logged_reproduces_nothing_and_can_refute(monkeypatch, cases, outcome):
+    monkeypatch.setattr(judge, "load_paper", lambda _: Paper(**HEAD, claims=(claim("cases"),)))
+    judged = Judge("p").logged("c", cases, "note")
+    assert judged.outcome == outcome
+    assert judged.readings == judged.spread == ""
+    assert judged.ours == ", ".join(f"{name}: {'yes' if held else 'no'}" for name, held in cases.items())
+
+
 def series(**readings):
     rows = {(name.replace("_", "="), seed): x for name, own in readings.items() for seed, x in enumerate(own)}
     return pd.Series(rows).rename_axis(["reading", "seed"])

@@ -8,6 +8,7 @@ from sklearn import metrics
 from dexterity.workspace.dataset import confidence_data
 from dexterity.workspace.reachability import reachable
 from dexterity_study.claims.ledger import load_paper
+from dexterity_study.claims.outcome import Outcome
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
 from dexterity_study.workspace.baselines import experiment, verdicts
@@ -125,34 +126,52 @@ def test_the_printed_tables_tell_how_constant_targets_were_counted():
     assert ridge[3] == pytest.approx(2 / 25, abs=0.002)
 
 
-@pytest.mark.parametrize(
-    ("thresholds", "holds"),
-    [((0.999, 0.999, 0.999), True), ((0.999, 0.1, 0.999), False), ((0.1, 0.1, 0.1), False)],
-)
-def test_networks_lead_only_if_all_thresholds_do(evidence, thresholds, holds):
-    rows = evidence["confidence_network"].rows.assign(
-        hits=np.array(thresholds) / 2, misses=0.5 - np.array(thresholds) / 2, false_alarms=0.0
-    )
-    assert outcome(evidence, "confidence_network", rows, "networks-first-in-confidence") == holds
+def verdict_of(evidence, claim):
+    return next(one for one in verdicts.verdicts(evidence) if one.claim == claim)
 
 
 @pytest.mark.parametrize(
-    ("values", "holds"),
+    "claim",
     [
-        # Its mean absolute error is larger than the mean square of the others.
-        ((0.26, 0.12, 0.5, 0.5), True),
-        ((0.9, 0.12, 0.5, 0.5), False),
-        ((0.26, 0.12, 0.5, -9.0), False),
+        "more-accurate", "networks-first-in-confidence", "network-first-in-estimation", "lightgbm-second",
+        "tree-worst-in-estimation", "variance-gaussian-process",
+        *(f"{kind}-{name}" for kind in ("confidence", "retrieval") for name in (
+            "svm-radial", "svm-sigmoid", "gaussian-process", "boosted-trees", "lightgbm"
+        )),
+        *(f"estimation-{name}" for name in ("decision-tree", "gaussian-process", "nearest-neighbours")),
+    ],
+)  # fmt: skip
+def test_a_part_of_the_rows_or_rounds_does_not_stand_for_a_printed_row(evidence, claim):
+    judged = verdict_of(evidence, claim)
+    assert judged.outcome is Outcome.NOT_RUN
+    assert judged.ours == ""
+    assert judged.sentence
+
+
+def test_what_ran_on_all_rows_is_judged(evidence):
+    judged = [one for one in verdicts.verdicts(evidence) if one.claim.endswith(("naive-bayes", "xgboost"))]
+    assert len(judged) == 4
+    assert all(one.outcome is not Outcome.NOT_RUN and one.ours for one in judged)
+
+
+@pytest.mark.parametrize(
+    ("linear", "forest", "sigmoid", "outcome"),
+    [
+        ((0.750, 0.751, 0.752), 0.9, 0.6, Outcome.REPRODUCED),
+        ((0.750, 0.751, 0.752), 0.9, 0.8, Outcome.REPRODUCED),
+        ((0.750, 0.751, 0.765), 0.9, 0.6, Outcome.NOT_REPRODUCED),
+        ((0.750, 0.751, 0.752), 0.7, 0.6, Outcome.NOT_REPRODUCED),
     ],
 )
-def test_the_network_is_first_if_it_is_in_every_column(evidence, values, holds):
-    names = ("absolute", "squared", "explained", "determination")
-    rows = evidence["estimation_network"].rows.assign(**dict(zip(names, values, strict=True)))
-    assert outcome(evidence, "estimation_network", rows, "network-first-in-estimation") == holds
-
-
-def outcome(evidence, name, rows, claim):
-    """Judge a claim with other rows of an experiment; tell whether it is reproduced."""
-    changed = Evidence("workspace.baselines", {**evidence, name: Table(rows, evidence[name].keys)})
-    found = {one.claim: one.outcome for one in verdicts.verdicts(changed)}
-    return found[claim] == "reproduced"
+def test_linear_methods_are_alike_and_the_worst_of_those_with_all_rows(
+    evidence, linear, forest, sigmoid, outcome
+):
+    right = dict(zip(("SVM(Lin. L2)", "LogisticReg.", "RidgeReg.(0.5)"), linear, strict=True))
+    right |= {"Random Forest": forest, "SVM(Sigmoid)": sigmoid}
+    tables = {}
+    for name in ("confidence", "slow_confidence"):
+        rows = evidence[name].rows.copy()
+        hits = rows["method"].map(right).fillna(0.95)
+        tables[name] = Table(rows.assign(hits=hits, misses=1 - hits, false_alarms=0.0), evidence[name].keys)
+    changed = Evidence("workspace.baselines", {**evidence, **tables})
+    assert verdict_of(changed, "linear-models-alike").outcome is outcome

@@ -1,4 +1,8 @@
-"""Verdicts on the other methods of paper C."""
+"""Verdicts on the other methods of paper C.
+
+A method that got a part of the rows, or fewer rounds than in the authors' public benchmark, does not stand for the
+printed row: that is not run. Nor does a small network stand for the paper's.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,20 @@ ALIKE = 0.01
 
 SCORES = ["JSC", "0-1", "MCC", "Prec.", "Rec."]
 ERRORS = ["MAE", "MSE", "EVS", "R²"]
-SMALL = "A small network on the paper's columns, with one seed, in place of the paper's"
+SMALL = "The paper's network was not trained at its size and for its epochs. Beside it, a small network on its columns has"
+
+FEWER_ROUNDS = {
+    "AdaBoosted DT": "The public benchmark has 200 stumps, and 50 were run",
+    "LightGBM": "The public benchmark has up to 5,000 rounds at a rate of 0.02 with 76 leaves, and 100 at 0.1 with 31 were run",
+}
+"""Methods that were run with fewer rounds than in the authors' public benchmark."""
+
+PART_OF_ROWS = {
+    "Decision Tree": "all rows",
+    "Gauss. Process": "9,999 rows",
+    "k-NN": "all rows",
+}
+"""Methods of Table VII that got a part of the rows, and what the public benchmark has."""
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
@@ -30,7 +47,11 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         for part, columns in ((f"confidence-{key}", SCORES[:3]), (f"retrieval-{key}", SCORES[3:])):
             own, equal = _of(by_score, name, columns, "test-classes=equal", "{:.3f}")
             note = f"{_training_rows(evidence, name)}. With equal classes: {equal}."
-            yield on(part, own, note, form="{:.3f}")
+            if missing := _not_as_published(name):
+                ours = ", ".join(f"{column.loc['chosen'].median():.3f}" for column in own)
+                yield on.not_run(part, f"{missing}, which gives {ours}. {note}")
+            else:
+                yield on(part, own, note, form="{:.3f}")
     for name, (key, _) in REGRESSORS.items():
         chosen = _chosen(by_error, [name]).median(numeric_only=True)
         # The variance of the Gaussian process is printed to other digits, and is a claim of its own.
@@ -40,13 +61,17 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
             f"{chosen['rows']:,.0f} training rows. Over the targets that vary, R² is "
             f"{chosen['R² of what varies']:.3f}. With a test set scaled by itself: {alone}."
         )
-        yield on(f"estimation-{key}", own, note, form="{:.4f}")
-    process = "Gauss. Process"
-    yield on(
+        if name in PART_OF_ROWS:
+            ours = ", ".join(f"{column.loc['chosen'].median():.4f}" for column in own)
+            missing = f"The public benchmark has {PART_OF_ROWS[name]}. A part of them gives {ours}"
+            yield on.not_run(f"estimation-{key}", f"{missing}. {note}")
+        else:
+            yield on(f"estimation-{key}", own, note, form="{:.4f}")
+    varying = _chosen(by_error, ["Gauss. Process"])["EVS of what varies"].median()
+    yield on.not_run(
         "variance-gaussian-process",
-        _of(by_error, process, ["EVS"])[0][0],
-        f"It is {_chosen(by_error, [process])['EVS of what varies'].median():.3f} over the targets that vary. A "
-        "constant target has 1 or 0, depending on whether zero is predicted to the last digit.",
+        f"The public benchmark has {PART_OF_ROWS['Gauss. Process']}. A part of them gives {varying:.3f} over the targets "
+        "that vary. A constant target has 1 or 0, depending on whether zero is predicted to the last digit.",
     )
 
 
@@ -60,53 +85,43 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 
 
 def _on_networks(on: Judge, by_score: pd.DataFrame, by_error: pd.DataFrame) -> Iterator[Verdict]:
-    best = _chosen(by_score, CLASSIFIERS).groupby("seed")[["JSC", "MCC"]].max()
-    networks = _chosen(by_score, THRESHOLDS)
-    leads = best.lt(networks[["JSC", "MCC"]].min()).all(axis="columns").to_numpy()
-    rivals, network = _chosen(by_error, REGRESSORS), _chosen(by_error, ["NN"])[ERRORS].iloc[0]
-    # Errors are to be small, scores large.
-    sign = pd.Series([-1, -1, 1, 1], ERRORS)
-    top = (rivals[ERRORS] * sign).groupby(rivals["seed"]).max()
-    first = top.lt(network * sign).all(axis="columns").to_numpy()
-    both = {"confidence": bool(leads.all()), "estimation": bool(first.all())}
-    yield on("more-accurate", both, f"{SMALL}.")
-    note = f"{SMALL}. JSC at the three thresholds; the best of the other methods has {best['JSC'].max():.3f}."
-    ours = ", ".join(networks["JSC"].map("{:.3f}".format))
-    yield on("networks-first-in-confidence", leads, note, ours=ours)
-    least = f"the smallest MSE of the other methods is {rivals['MSE'].min():.4f}"
-    note, ours = f"{SMALL}. {', '.join(ERRORS)}; {least}.", ", ".join(network.map("{:.4f}".format))
-    yield on("network-first-in-estimation", first, note, ours=ours)
+    scored, most = _chosen(by_score, THRESHOLDS)["JSC"], _chosen(by_score, CLASSIFIERS)["JSC"].max()
+    confidence = (
+        f"a JSC of {scored.min():.3f} to {scored.max():.3f}, the best of the other methods {most:.3f}"
+    )
+    mean, least = _chosen(by_error, ["NN"])["MSE"].iloc[0], _chosen(by_error, REGRESSORS)["MSE"].min()
+    estimation = f"an MSE of {mean:.4f}, the best of the other methods {least:.4f}"
+    yield on.not_run("more-accurate", f"{SMALL} {confidence}; and {estimation}.")
+    yield on.not_run("networks-first-in-confidence", f"{SMALL} {confidence}.")
+    yield on.not_run("network-first-in-estimation", f"{SMALL} {estimation}.")
 
 
 def _on_orders(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     rows = _chosen(scores(evidence), CLASSIFIERS)
     # The slow methods have the first seed only.
     accuracy = rows.pivot(index="seed", columns="method", values="JSC").ffill()
-    order = [own.sort_values(ascending=False).index[:3].tolist() for _, own in accuracy.iterrows()]
-    medians = accuracy.median().nlargest(3)
-    note = (
-        f"LightGBM is the best in {sum(first[0] == 'LightGBM' for first in order)} of {len(order)} seeds. The SVM "
-        f"gets a part of the rows: {_training_rows(evidence, 'SVM(RBF)')}."
-    )
-    holds = [first == ["LightGBM", "SVM(RBF)", "Random Forest"] for first in order]
-    ours = ", ".join(f"{name} {value:.3f}" for name, value in medians.items())
-    yield on("lightgbm-second", holds, note, ours=ours)
+    ours = ", ".join(f"{name} {value:.3f}" for name, value in accuracy.median().nlargest(3).items())
+    note = f"{_not_as_published('LightGBM')}. The SVM gets a part of the rows: {_training_rows(evidence, 'SVM(RBF)')}."
+    yield on.not_run("lightgbm-second", f"{note} As run the order is {ours}.")
     linear = accuracy[["SVM(Lin. L2)", "LogisticReg.", "RidgeReg.(0.5)"]]
     apart = linear.max(axis=1) - linear.min(axis=1)
-    worse = accuracy.drop(columns=linear.columns).lt(linear.max(axis=1), axis=0)
-    alike = (apart <= ALIKE) & worse["SVM(Sigmoid)"] & (worse.sum(axis=1) == 1)
-    note = f"Accuracies, at most {apart.max():.3f} apart. What is in reach is no half space."
+    worse = accuracy.drop(columns=[*linear.columns, "SVM(Sigmoid)"]).lt(linear.max(axis=1), axis=0)
+    alike = (apart <= ALIKE) & ~worse.any(axis=1)
+    note = (
+        f"Accuracies, at most {apart.max():.3f} apart, and the worst but for the SVM with a sigmoid kernel, which is left "
+        "out: it gets a part of the rows. Poses in reach are no half space."
+    )
     ours = ", ".join(linear.median().map("{:.3f}".format))
     yield on("linear-models-alike", alike.to_numpy(), note, ours=ours)
     rivals = evidence["estimation"].by_seed("determination", over="method")
     tree = rivals.pop("Decision Tree")
     lowest = rivals.min(axis=1)
     note = (
-        f"The lowest R² of the other methods is {lowest.min():.3f}. A tree answers with a single row, whose own "
-        "variance adds to the variance of the target."
+        f"The public benchmark gives tree and k-NN all rows. With a part of them the tree has an R² of "
+        f"{tree.median():.3f}, and the lowest of the other methods is {lowest.min():.3f}. A tree answers with a single "
+        "row, whose own variance adds to the variance of the target."
     )
-    worst = (tree < lowest.clip(upper=0)).to_numpy()
-    yield on("tree-worst-in-estimation", worst, note, ours=f"R² {tree.median():.3f}")
+    yield on.not_run("tree-worst-in-estimation", note)
     # From the printed numbers alone.
     keys = [key for key, _ in CLASSIFIERS.values()]
     printed = [(*on.printed(f"confidence-{key}"), *on.printed(f"retrieval-{key}")) for key in keys]
@@ -162,6 +177,13 @@ def _of(
     """Return columns of a method over readings and seeds, and their medians in one reading as text."""
     own = rows[rows["method"] == method].set_index(["reading", "seed"])[list(columns)]
     return [own[column] for column in columns], ", ".join(map(form.format, own.loc[[reading]].median()))
+
+
+def _not_as_published(name: str) -> str:
+    """Say what a classifier lacks of the authors' public benchmark; empty if it has its rows and rounds."""
+    if name in FEWER_ROUNDS:
+        return FEWER_ROUNDS[name]
+    return f"A part of the rows was run, at most {max(PARTS[name]):,}" if name in PARTS else ""
 
 
 def _training_rows(evidence: Evidence, name: str) -> str:
