@@ -37,16 +37,17 @@ BLURRED, WEAK = GOOD | {"unreached": 0.94}, GOOD | {"median_error": 0.06}
 
 
 @pytest.mark.parametrize(
-    ("rotation", "plane", "alike", "workspace", "manipulability"),
+    ("rotation", "plane", "workspace", "manipulability"),
     [
-        (GOOD, GOOD, Outcome.REPRODUCED, Outcome.REPRODUCED, Outcome.REPRODUCED),
-        (BLURRED, GOOD, Outcome.IN_SHAPE, Outcome.IN_SHAPE, Outcome.REPRODUCED),
-        (WEAK, BLURRED, Outcome.CONTRADICTED, Outcome.IN_SHAPE, Outcome.IN_SHAPE),
+        (GOOD, GOOD, Outcome.REPRODUCED, Outcome.REPRODUCED),
+        (BLURRED, GOOD, Outcome.IN_SHAPE, Outcome.REPRODUCED),
+        (WEAK, BLURRED, Outcome.IN_SHAPE, Outcome.IN_SHAPE),
     ],
 )
-def test_maps_vary_slightly_as_the_ledger_has_it(evidence, rotation, plane, alike, workspace, manipulability):
+def test_maps_vary_slightly_as_the_ledger_has_it(evidence, rotation, plane, workspace, manipulability):
     found = outcomes(evidence, rotation=rotation, plane=plane)
-    assert found["puma-maps-alike"] is alike
+    # Its figure is of the paper's own networks, for which no others stand.
+    assert found["puma-maps-alike"] is Outcome.NOT_RUN
     assert found["workspace-from-jacobian"] is workspace
     assert found["manipulability-from-estimate"] is manipulability
 
