@@ -117,7 +117,7 @@ class Whole:
             if isinstance(plain, bool) or _has_axes(plain):
                 raise TypeError
             number = operator.index(plain)
-        except TypeError:
+        except (TypeError, RuntimeError):  # torch's, of a tensor without memory
             raise TypeError(f"{name} is {shown(value)}; {self._needed()} is needed") from None
         if number.bit_length() > 63:
             raise ValueError(f"{name} is {shown(number)}; {self._needed()} is needed, in 64 bits")

@@ -39,6 +39,7 @@ from dexterity.chain import Chain
 from dexterity.derivation import derive
 from dexterity.indices import Index, require_not_zero_everywhere
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = [
     "Box",
@@ -217,14 +218,14 @@ class Box:
             If `q` is outside the limits, `half_range` is not positive, or a number does not fit the chain.
         """
         checks.instance(chain, "chain", Chain)
-        middle = _middle_of_limits(chain) if q is None else spatial.to_float64(q, "q").detach().cpu()
+        middle = _middle_of_limits(chain) if q is None else on_cpu(q, "q").detach()
         if middle.shape != (chain.joints,):
             raise ValueError(f"q has shape {tuple(middle.shape)}; ({chain.joints},) is needed")
         outside = (middle < chain.lower - _ROUNDING) | (middle > chain.upper + _ROUNDING)
         if outside.any():
             names = [name for name, is_out in zip(chain.joint_names, outside, strict=True) if is_out]
             raise ValueError(f"q is outside the limits of the chain at {', '.join(names)}")
-        reach = spatial.to_float64(half_range, "half_range").detach().cpu()
+        reach = on_cpu(half_range, "half_range").detach()
         if reach.shape not in ((), (chain.joints,)) or not (reach > 0).all():
             raise ValueError(f"half_range is {half_range}; a positive number, or one a joint, is needed")
         varies = torch.full((chain.joints,), joints is None)
@@ -741,7 +742,7 @@ _MOST_ROWS = 10**9
 
 
 def _vector(values: TensorLike, name: str) -> tuple[float, ...]:
-    vector = spatial.to_float64(values, name)
+    vector = on_cpu(values, name)
     if vector.ndim != 1 or len(vector) == 0:
         raise ValueError(f"{name} has shape {tuple(vector.shape)}; a vector is needed")
     # Plus zero, because -0.0 equals 0.0 and yet has another content key.
@@ -762,7 +763,9 @@ def _number(value: float, name: str) -> float:
 def _levels(levels: int | Sequence[int | None] | None, dimensions: int) -> tuple[int | None, ...]:
     if isinstance(levels, str | bytes):
         raise TypeError(f"levels is {levels!r}; a whole number, None, or one for each joint is needed")
-    each = tuple(levels) if isinstance(levels, Sequence | np.ndarray) else (levels,) * dimensions
+    if isinstance(levels, np.ndarray) and levels.ndim > 0:
+        levels = levels.tolist()
+    each = tuple(levels) if isinstance(levels, Sequence) else (levels,) * dimensions
     if len(each) != dimensions:
         raise ValueError(f"levels has {len(each)} entries; one for each of the {dimensions} joints that vary")
     return tuple(checks.OrNone(checks.Whole(2))(level, "levels") for level in each)
@@ -772,6 +775,8 @@ def _levels_of_steps(half_range_deg: float, step_deg: float) -> int:
     half_range_deg = checks.positive(half_range_deg, "half_range_deg")
     step_deg = checks.positive(step_deg, "step_deg")
     steps = 2 * half_range_deg / step_deg
+    if not steps < 2**53:
+        raise ValueError(f"half_range_deg is {half_range_deg:g} and step_deg {step_deg:g}: too many steps")
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
         raise ValueError(f"step_deg is {step_deg}; steps that fill {2 * half_range_deg}° are needed")
     return round(steps) + 1
@@ -783,7 +788,7 @@ def _in_cube(u: TensorLike, dimensions: int) -> Tensor:
         raise ValueError(
             f"u has shape {tuple(u.shape)}; the space has {dimensions} coordinates: (..., {dimensions})"
         )
-    if _leaves_cube(u).any():
+    if spatial.are_readable(u) and _leaves_cube(u).any():
         raise ValueError(f"u goes from {u.min().item()} to {u.max().item()}; 0 to 1 is needed")
     return u
 

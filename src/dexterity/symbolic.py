@@ -93,8 +93,7 @@ def compile_index(
     OSError
         If the folder for compiled code cannot be written.
     """
-    if backend not in get_args(Backend):
-        raise ValueError(f"backend is {backend!r}; {get_args(Backend)} are known")
+    checks.choice(backend, "backend", get_args(Backend))
     symbolic = SymbolicChain.of(chain)
     if not isinstance(index, Index | str):
         raise TypeError(f"index is {index!r}; an Index is needed, such as Index('manipulability')")

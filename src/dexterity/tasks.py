@@ -83,7 +83,7 @@ class Task:
     def __post_init__(self) -> None:
         checks.name(self.name, "name")
         for field in ("comment", "where"):
-            if getattr(self, field) != "":
+            if not isinstance(getattr(self, field), str) or getattr(self, field):
                 checks.name(getattr(self, field), field)
         object.__setattr__(self, "aliases", checks.names(self.aliases, "aliases"))
         index = Index(self.index, rows=self.rows, direction=self.direction)
@@ -321,7 +321,11 @@ def rank(
     if isinstance(task, str | Task):
         task = _named(task)
         index = index_for(
-            task, frame=frame or "geometric", joint_rates=joint_rates, tool_rates=tool_rates, rows=rows
+            task,
+            frame="geometric" if frame is None else frame,
+            joint_rates=joint_rates,
+            tool_rates=tool_rates,
+            rows=rows,
         )
         require_not_zero_everywhere(index, chain)
         values = index.bind(chain)(q)

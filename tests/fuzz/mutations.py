@@ -67,6 +67,7 @@ def mutations(value: Any) -> Iterator[Mutation]:
         for bad in ("", "nonsense", "a\x00b", "\ud800", " "):
             yield Mutation(repr(bad), lambda bad=bad: bad)
         yield Mutation("a number", lambda: 3, is_bad=True)
+        yield Mutation("several texts", lambda: np.array([value, value]), is_bad=True)
     elif type(value) in (tuple, list):
         if value:
             yield Mutation("nan", lambda: type(value)([math.nan] * len(value)), is_bad=True)
@@ -98,6 +99,7 @@ def _of_number(value: float) -> Iterator[Mutation]:
     yield Mutation("text", lambda: "3", is_bad=True)
     yield Mutation("an array", lambda: np.full(3, value), is_bad=False)
     yield Mutation("a list", lambda: [value, None], is_bad=True)
+    yield Mutation("without a value", lambda: torch.tensor(value).to("meta"))
 
 
 def _of_array(value: np.ndarray) -> Iterator[Mutation]:
@@ -108,6 +110,10 @@ def _of_array(value: np.ndarray) -> Iterator[Mutation]:
     yield Mutation("read only", lambda: _read_only(value), is_same=True)
     yield Mutation("big endian", lambda: value.astype(">f8"), is_same=True)
     yield Mutation("with a gradient", lambda: torch.tensor(value, requires_grad=True), is_same=True)
+    yield Mutation("negated in place", lambda: torch._neg_view(torch.tensor(-value)), is_same=True)
+    yield Mutation("a list of tensors", lambda: [*torch.tensor(value)], is_same=True)
+    yield Mutation("sparse", lambda: torch.tensor(value).to_sparse(), is_bad=True)
+    yield Mutation("without values", lambda: torch.tensor(value).to("meta"))
     yield Mutation("a view", lambda: np.repeat(value[..., None], 2, axis=-1)[..., 0], is_same=True)
     yield Mutation("in float32", lambda: value.astype(np.float32))
     yield Mutation("in float16", lambda: value.astype(np.float16))

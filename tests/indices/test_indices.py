@@ -395,7 +395,7 @@ def test_rates_of_an_index_are_kept_as_a_tuple(rates):
     [
         ({"name": "manipulabilty"}, "name is 'manipulabilty'; did you mean 'manipulability'"),
         ({"name": "condition"}, "name is 'condition'; .*kinematic_conditioning"),
-        ({"name": "manipulability", "frame": "world"}, "frame is 'world'; .*'spatial', 'body', 'geometric'"),
+        ({"name": "manipulability", "frame": "world"}, "frame is 'world'; .*spatial, body, geometric"),
     ],
 )
 def test_an_unknown_index_or_frame_is_refused(arguments, message):

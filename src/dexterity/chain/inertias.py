@@ -28,6 +28,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
 from dexterity.spatial.poses import skew
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Inertias", "checked_inertias", "mass_matrices"]
 
@@ -99,8 +100,7 @@ def checked_inertias(
         )
     parts = []
     for name, values, shape in zip(Inertias._fields, inertias, [(n,), (n, 3), (n, 3, 3)], strict=True):
-        with torch.device("cpu"):
-            tensor = spatial.to_float64(values, f"{called}.{name}").detach().cpu().clone()
+        tensor = on_cpu(values, f"{called}.{name}").detach().clone()
         if tuple(tensor.shape) != shape:
             raise ValueError(f"{called}.{name} has shape {tuple(tensor.shape)}; {shape} is needed")
         parts.append(tensor)

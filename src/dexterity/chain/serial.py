@@ -12,7 +12,7 @@ Examples
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import torch
@@ -25,6 +25,7 @@ from dexterity.chain.inertias import Inertias, checked_inertias
 from dexterity.chain.kinematics import Kinematics
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT, ROUNDING
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Chain"]
 
@@ -81,7 +82,7 @@ class Chain(Kinematics):
         rates: TensorLike | None = None,
         inertias: tuple[TensorLike, TensorLike, TensorLike] | None = None,
     ) -> None:
-        screws = _on_cpu(screws, "screws", spatial.to_float64)
+        screws = on_cpu(screws, "screws").detach()
         if screws.ndim != 2 or screws.shape[1] != 6 or len(screws) == 0:
             raise ValueError(f"screws has shape {tuple(screws.shape)}; (n, 6) with n ≥ 1 is needed")
         n = len(screws)
@@ -457,7 +458,7 @@ class Chain(Kinematics):
             raise ValueError(f"inertia is given, but {self.name} has no inertias of its links")
         if not isinstance(inertia, Sequence) or len(inertia) != 3:
             raise TypeError(f"inertia is {checks.shown(inertia)}; a mass, a centre and a tensor are needed")
-        mass, centre, tensor = (_on_cpu(part, "inertia", spatial.to_float64)[None] for part in inertia)
+        mass, centre, tensor = (on_cpu(part, "inertia").detach()[None] for part in inertia)
         body = checked_inertias((mass, centre, tensor), 1, "inertia")
         parts = zip(body, self._inertias.moved(T), strict=True)
         return Inertias(
@@ -611,24 +612,15 @@ class Chain(Kinematics):
 def _limits(values: TensorLike | None, name: str, n: int, default: float) -> Tensor:
     if values is None:
         return torch.full((n,), default, dtype=torch.float64, device="cpu")
-    tensor = _on_cpu(values, name, spatial.to_extended_float64).clone()
+    tensor = on_cpu(values, name, spatial.to_extended_float64).detach().clone()
     if tensor.shape != (n,):
         raise ValueError(f"{name} has shape {tuple(tensor.shape)}; ({n},) is needed")
     return tensor
 
 
-def _on_cpu(values: TensorLike, name: str, read: Callable[[TensorLike, str], Tensor]) -> Tensor:
-    """Read values without the default device, on which lists would land."""
-    with torch.device("cpu"):
-        tensor = read(values, name).detach()
-    if tensor.is_meta:
-        raise ValueError(f"{name} is on the device meta, which holds no values")
-    return tensor.cpu()
-
-
 def _one_pose(T: TensorLike, name: str) -> tuple[Tensor, float]:
     """Return a pose on the CPU, and by how much it missed being rigid, 0 for rounding."""
-    T = _on_cpu(T, name, spatial.to_float64)
+    T = on_cpu(T, name).detach()
     if T.shape != (4, 4):
         hint = ", such as dexterity.spatial.translation(x, y, z)" if T.shape == (3,) else ""
         raise ValueError(f"{name} has shape {tuple(T.shape)}; (4, 4) is needed{hint}")

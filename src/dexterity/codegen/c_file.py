@@ -29,6 +29,7 @@ import sympy
 from numpy.typing import NDArray
 from sympy import Symbol
 
+from dexterity import checks
 from dexterity.codegen.names import require_c_name
 from dexterity.codegen.printing import c_printer, number, template, with_angles_paired
 from dexterity.codegen.single_precision import in_single_precision
@@ -115,8 +116,7 @@ class CFile:
 
     def __post_init__(self) -> None:
         require_c_name(self.name)
-        if self.precision not in get_args(Precision):
-            raise ValueError(f"precision is {self.precision!r}; {get_args(Precision)} are known")
+        checks.choice(self.precision, "precision", get_args(Precision))
 
     @property
     def number_bytes(self) -> int:

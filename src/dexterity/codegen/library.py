@@ -221,4 +221,6 @@ class RowFunction:
 def plain_memory(q: Tensor) -> Tensor:
     """Return a tensor that lies on the CPU in its order and without gaps; itself if it does already."""
     # What is to be avoided for a single configuration: each call of torch takes longer than the function.
-    return q if q.is_cpu and q.is_contiguous() else q.detach().cpu().contiguous()
+    if q.is_cpu and q.is_contiguous() and not q.is_neg():
+        return q
+    return q.detach().cpu().resolve_neg().contiguous()

@@ -21,10 +21,11 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import checks, spatial
+from dexterity import checks
 from dexterity.crane.description import Crane, given_crane, stroke_values
 from dexterity.crane.kinematics import tip_position
 from dexterity.crane.structure import load_response
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["COLUMNS", "TEST_PAYLOADS", "TEST_POINTS", "TrainingSet", "training_set"]
 
@@ -74,7 +75,7 @@ class TrainingSet:
     columns: tuple[str, ...] = COLUMNS
 
     def __post_init__(self) -> None:
-        rows = spatial.to_float64(self.rows, "rows")
+        rows = on_cpu(self.rows, "rows")
         columns = checks.Each(checks.name)(self.columns, "columns")
         if rows.ndim != 2 or rows.shape[1] != len(COLUMNS) or columns != COLUMNS:
             raise ValueError(f"rows has shape {tuple(rows.shape)}; columns {', '.join(COLUMNS)} are needed")

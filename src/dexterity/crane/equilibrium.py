@@ -29,6 +29,7 @@ from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import require_strokes
 from dexterity.crane.structure import Assembly, require_payload
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import require_values
 
 __all__ = ["Equilibrium", "NewtonOptions", "Potential", "Sag", "corotational_deflection", "equilibrium"]
 
@@ -201,7 +202,7 @@ def corotational_deflection(
     Crisfield (1991), Non-linear finite element analysis of solids and structures, volume 1, chapter 7.
     """
     crane = given_crane(crane)
-    strokes, payload = require_strokes(strokes), require_payload(payload, crane)
+    strokes, payload = require_values(require_strokes(strokes), "strokes"), require_payload(payload, crane)
     checks.instance(options, "options", NewtonOptions)
     batch = spatial.common_batch(payload=payload.shape, strokes=strokes.shape[:-1])
     with torch.inference_mode(False):  # steps are slopes, which are not taken in that mode

@@ -37,6 +37,7 @@ from dexterity.crane.description import Crane, Linkage, Member, Point, Structure
 from dexterity.crane.kinematics import require_strokes, tip_position
 from dexterity.crane.structure import Assembly, Pose, deflection, require_payload
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["JOINTS", "Differences", "ExistingCrane", "JointForces", "existing_crane", "joint_forces"]
 
@@ -260,7 +261,7 @@ def joint_forces(
 
 def _rows(strokes: TensorLike, payload: TensorLike, crane: Crane) -> tuple[Tensor, Tensor]:
     """Return strokes (N, 3) and payloads (N), as many of one as of the other."""
-    strokes, payload = require_strokes(strokes), require_payload(payload, crane)
+    strokes, payload = on_cpu(require_strokes(strokes), "strokes"), require_payload(payload, crane)
     if strokes.ndim != 2 or payload.shape != strokes.shape[:1]:
         raise ValueError(
             f"strokes has shape {tuple(strokes.shape)} and payload {tuple(payload.shape)}; "

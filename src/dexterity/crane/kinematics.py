@@ -25,6 +25,7 @@ from torch import Tensor
 from dexterity import spatial
 from dexterity.crane.description import Crane, Linkage, Point, given_crane
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_one_device
 
 __all__ = [
     "Posture",
@@ -194,6 +195,7 @@ def inverse(position: TensorLike, extension: TensorLike | None = None, crane: Cr
     links = crane.linkage
     position = _require_position(position)
     s3 = least_extension(position, crane) if extension is None else spatial.to_float64(extension, "extension")
+    s3, position = on_one_device(extension=s3, position=position)
     spatial.common_batch(extension=s3.shape, position=position.shape[:-1])
     lift, relative = _elbow_up(position, s3, links)
     s1 = _side(*_lift_sides(links), lift - _lift_foot_angle(links)) - links.lift_cylinder_length

@@ -26,6 +26,7 @@ from dexterity.crane.description import Crane, given_crane
 from dexterity.crane.kinematics import require_strokes, turned
 from dexterity.crane.structure import Assembly, Pose, require_payload
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["PARTS", "Bars", "NodalResponse", "bars", "displacements", "nodal_response"]
 
@@ -162,7 +163,7 @@ class _Solved(NamedTuple):
 
 def _solved(strokes: TensorLike, crane: Crane | None) -> _Solved:
     crane = given_crane(crane)
-    strokes = require_strokes(strokes).detach().cpu()
+    strokes = on_cpu(require_strokes(strokes), "strokes").detach()
     with torch.inference_mode(False):
         strokes = strokes.clone()
         assembly = Assembly.of(crane)

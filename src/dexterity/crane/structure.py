@@ -34,6 +34,7 @@ from dexterity.crane.beams import Beams, flexibility, gravity_potential, hermite
 from dexterity.crane.description import Crane, Member, Structure, given_crane
 from dexterity.crane.kinematics import posture, require_strokes, tip_position, turned
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_one_device, require_values
 
 __all__ = [
     "Assembly",
@@ -74,6 +75,7 @@ def deflection(
     crane = given_crane(crane)
     payload = require_payload(payload, crane)
     response = load_response(strokes, crane)
+    (payload,) = on_one_device(payload=payload, strokes=response.own_weight)[:1]
     spatial.common_batch(payload=payload.shape, strokes=response.own_weight.shape[:-1])
     return response.own_weight + payload[..., None] * response.per_kilogram
 
@@ -119,7 +121,7 @@ def load_response(strokes: TensorLike, crane: Crane | None = None) -> LoadRespon
     The unit-load theorem: Timoshenko & Young (1965), Theory of structures, chapter 7.
     """
     crane = given_crane(crane)
-    strokes = require_strokes(strokes)
+    strokes = require_values(require_strokes(strokes), "strokes")
     with torch.inference_mode(False):  # forces are slopes, which are not taken in that mode
         assembly = Assembly.of(crane)
         pieces = strokes.detach().cpu().clone().reshape(-1, 3).split(_POSES_AT_ONCE)
@@ -142,7 +144,7 @@ def require_payload(payload: TensorLike, crane: Crane) -> Float64[Tensor, "*batc
     ValueError
         If one is not finite, negative, or above the crane's rating.
     """
-    payload = spatial.to_float64(payload, "payload")
+    payload = require_values(spatial.to_float64(payload, "payload"), "payload")
     if ((payload < 0) | (payload > crane.rating)).any():
         worst = payload[(payload < 0) | (payload > crane.rating)][0].item()
         raise ValueError(f"payload holds {worst} kg; 0 to the rating of {crane.rating} kg is needed")

@@ -31,6 +31,7 @@ from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.spatial import TensorLike
 from dexterity.spatial.poses import assemble
 from dexterity.spatial.rotations import rotation_of_rpy
+from dexterity.spatial.values import on_cpu
 
 __all__ = [
     "TOOL_AHEAD",
@@ -323,7 +324,7 @@ def _ball(arm: Chain) -> tuple[Tensor, float]:
 
 
 def _poses(pose: TensorLike) -> Tensor:
-    pose = spatial.to_float64(pose, "pose")
+    pose = on_cpu(pose, "pose")
     if pose.ndim == 0 or pose.shape[-1] not in (4, 6):
         raise ValueError(f"pose has shape {tuple(pose.shape)}; (..., 4) or (..., 6) is needed")
     return pose
@@ -337,7 +338,7 @@ def control_points(points: TensorLike) -> Float64[Tensor, "m 3"]:
     ValueError
         If they are not (m, 3) with m ≥ 1, or one is not finite.
     """
-    points = spatial.to_float64(points, "points")
+    points = on_cpu(points, "points")
     if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
         raise ValueError(f"points has shape {tuple(points.shape)}; (m, 3) with m ≥ 1 is needed")
     return points
@@ -351,7 +352,7 @@ def orientation(tool: TensorLike, name: str = "tool") -> Float64[Tensor, "3 3"]:
     ValueError
         If it is not (3, 3), not finite, or no rotation.
     """
-    R = spatial.to_float64(tool, name)
+    R = on_cpu(tool, name)
     if R.shape != (3, 3):
         raise ValueError(f"{name} has shape {tuple(R.shape)}; (3, 3) is needed")
     return spatial.require_rotation(R, name)

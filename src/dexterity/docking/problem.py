@@ -44,6 +44,7 @@ from dexterity.search import box
 from dexterity.search.genetic import GeneticOptions, GeneticSearch, genetic_search
 from dexterity.search.zoom import ZoomOptions, ZoomSearch, grid_counts, zoom_search
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Docking", "DockingProblem", "Region", "evaluations", "genetic_docking", "global_docking"]
 
@@ -258,7 +259,7 @@ class DockingProblem:
         return torch.where(self.allows(pose), self.objective(pose), 0.0)
 
     def _poses(self, pose: TensorLike) -> Tensor:
-        pose = spatial.to_float64(pose, "pose")
+        pose = on_cpu(pose, "pose")
         size = 6 if self.tilt else 4
         if pose.shape[-1:] != (size,):
             raise ValueError(f"pose has shape {tuple(pose.shape)}; (..., {size}) is needed")
@@ -280,7 +281,7 @@ class _Row:
     check: checks.Check
 
     def __call__(self, value: Any, name: str) -> tuple[float, ...]:
-        values = value.tolist() if isinstance(value, Tensor | np.ndarray) else value
+        values = on_cpu(value, name).tolist() if isinstance(value, Tensor | np.ndarray) else value
         if not isinstance(values, Sequence) or isinstance(values, str | bytes) or len(values) != self.count:
             raise ValueError(f"{name} is {checks.shown(value)}; {self.count} numbers are needed")
         return tuple(self.check(number, name) for number in values)
@@ -350,7 +351,9 @@ class Docking:
         )
 
 
-@checks.arguments(problem=checks.Instance(DockingProblem))
+@checks.arguments(
+    problem=checks.Instance(DockingProblem), options=checks.OrNone(checks.Instance(GeneticOptions))
+)
 def genetic_docking(
     problem: DockingProblem,
     seed: int,

@@ -23,6 +23,7 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
+from dexterity import checks
 from dexterity.indices.jacobians import matrices, padded
 from dexterity.spatial import TensorLike
 
@@ -97,6 +98,5 @@ def _rows(J: TensorLike, part: Part) -> Tensor:
     J = matrices(J)
     if J.shape[-2] != 6:
         raise ValueError(f"J has {J.shape[-2]} rows; 6 are needed")
-    if part not in get_args(Part):
-        raise ValueError(f"part is {part!r}; {get_args(Part)} are known")
-    return {"full": J, "translational": J[..., :3, :], "rotational": J[..., 3:, :]}[part]
+    blocks = {"full": J, "translational": J[..., :3, :], "rotational": J[..., 3:, :]}
+    return blocks[checks.choice(part, "part", get_args(Part))]

@@ -21,7 +21,8 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import get_args
+from types import MethodType
+from typing import Any, get_args
 
 import torch
 from jaxtyping import Float64
@@ -34,6 +35,7 @@ from dexterity.indices.measure import Frame, Measure, Situation
 from dexterity.indices.registry import describe
 from dexterity.indices.rows import Rows, direction_of, one_dimensional, row_numbers, shortest_name
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Frame", "Index"]
 
@@ -90,8 +92,7 @@ class Index:
     def __post_init__(self) -> None:
         keep = object.__setattr__
         keep(self, "name", describe(self.name).name)
-        if self.frame not in get_args(Frame):
-            raise ValueError(f"frame is {self.frame!r}; {get_args(Frame)} are known")
+        keep(self, "frame", checks.choice(self.frame, "frame", get_args(Frame)))
         keep(self, "rows", shortest_name(row_numbers(self.rows)))
         for field in ("joint_rates", "tool_rates", "joint_noise"):
             if (values := getattr(self, field)) is not None:
@@ -221,6 +222,10 @@ class Index:
         """
         if not isinstance(chain, Chain):
             raise TypeError(f"chain is {chain!r}; a Chain is needed")
+        value = self._function(chain)
+        return value if torch.compiler.is_compiling() else _Bound(self, chain, value).value
+
+    def _function(self, chain: Chain) -> Callable[[TensorLike], Tensor]:
         measure = self.measure
         jacobian = self._jacobian_function(chain, self.row_numbers)
         if "inertias" in measure.needs and chain.inertias is None:
@@ -240,9 +245,6 @@ class Index:
             pieces = [of_piece(piece) for piece in q.reshape(-1, chain.joints).split(_PIECE)]
             return (pieces[0] if len(pieces) == 1 else torch.cat(pieces)).reshape(q.shape[:-1])
 
-        # torch.compile counts what it compiled by code, and gives up after eight: each index has its own.
-        if not torch.compiler.is_compiling():
-            value.__code__ = value.__code__.replace()
         return value
 
     def __call__(self, chain: Chain, q: TensorLike) -> Float64[Tensor, "*batch"]:
@@ -254,6 +256,38 @@ class Index:
             As :meth:`bind`, or if `q` does not fit the chain or is not finite.
         """
         return self.bind(chain)(q)
+
+
+class _Bound:
+    """An index with its chain. What is bound is a method of it: pickle takes methods, and no closures."""
+
+    def __init__(self, index: Index, chain: Chain, value: Callable[[TensorLike], Tensor]) -> None:
+        self._arguments = index, chain
+
+        def method(_: object, q: TensorLike) -> Tensor:
+            return value(q)
+
+        # torch.compile counts what it compiled by code, and gives up after eight: each index has its own.
+        method.__code__ = method.__code__.replace()
+        method.__name__ = "value"
+        self._method = method
+
+    @property
+    def value(self) -> Callable[[TensorLike], Tensor]:
+        return MethodType(self._method, self)
+
+    def __repr__(self) -> str:
+        index, chain = self._arguments
+        return f"{index!r} of {chain.name!r}"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _bound, self._arguments
+
+
+def _bound(index: Index, chain: Chain) -> _Bound:
+    value: Any = index.bind(chain)
+    bound: _Bound = value.__self__
+    return bound
 
 
 _PIECE = 2048  # configurations worked on at a time, so that no more Jacobians lie in memory
@@ -273,7 +307,7 @@ def _require_not_negative(values: tuple[float, ...] | None, name: str) -> None:
 def _length(value: float) -> float:
     if isinstance(value, bool | str | complex) or value is None:
         raise TypeError(f"characteristic_length is {value!r}; a number is needed")
-    length = spatial.to_float64(value, "characteristic_length")
+    length = on_cpu(value, "characteristic_length")
     if length.ndim != 0 or not 0 < float(length) < math.inf:
         raise ValueError(f"characteristic_length is {value!r}; a positive number is needed")
     return float(length)

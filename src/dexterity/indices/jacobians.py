@@ -20,6 +20,7 @@ from torch import Tensor
 
 from dexterity import spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import beside
 
 __all__ = [
     "kinematic_conditioning",
@@ -114,8 +115,8 @@ def normalise(
     Sotiropoulos & Aspragathos (2016), Eq. 7.
     """
     J = matrices(J)
-    joint_rates = spatial.to_float64(joint_rates, "joint_rates").to(J.device)
-    tool_rates = spatial.to_float64(tool_rates, "tool_rates").to(J.device)
+    joint_rates = beside(joint_rates, "joint_rates", J)
+    tool_rates = beside(tool_rates, "tool_rates", J)
     if joint_rates.shape != J.shape[-1:]:
         raise ValueError(f"joint_rates has shape {tuple(joint_rates.shape)}; ({J.shape[-1]},) is needed")
     if tool_rates.shape != J.shape[-2:-1]:

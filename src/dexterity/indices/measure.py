@@ -86,6 +86,10 @@ class Symbols:
     direction: Sequence[float] | None = None
 
 
+def _never_too_large(rows: int, joints: int) -> str:  # noqa: ARG001  # a lambda could not be pickled
+    return ""
+
+
 @dataclass(frozen=True)
 class Closed:
     """A measure in closed form.
@@ -101,7 +105,7 @@ class Closed:
     """
 
     record: Callable[[Recorder, Matrix, Symbols], Expr]
-    too_large: Callable[[int, int], str] = lambda rows, joints: ""  # noqa: ARG005
+    too_large: Callable[[int, int], str] = _never_too_large
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,8 @@ import math
 import operator
 from typing import Literal, TypeAlias
 
-import torch
-
-from dexterity import spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["ROW_NAMES", "Rows", "direction_of", "one_dimensional", "row_numbers", "shortest_name"]
 
@@ -128,8 +126,7 @@ def one_dimensional(values: TensorLike, name: str) -> tuple[float, ...]:
         raise TypeError(f"{name} is {values!r}; a sequence of numbers is needed")
     if isinstance(values, list | tuple) and any(isinstance(value, bool | str | bytes) for value in values):
         raise TypeError(f"{name} is {values!r}; a sequence of numbers is needed")
-    with torch.device("cpu"):
-        numbers = spatial.to_float64(values, name)
+    numbers = on_cpu(values, name)
     if numbers.ndim != 1:
         raise ValueError(f"{name} has shape {tuple(numbers.shape)}; one row of numbers is needed")
     return tuple(numbers.tolist())

@@ -30,8 +30,9 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.chain import Chain
-from dexterity.inverse_kinematics.refinement import polished, require_values
+from dexterity.inverse_kinematics.refinement import polished
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import require_values
 
 __all__ = ["Form", "Geometry", "reversed_arm"]
 
@@ -78,7 +79,7 @@ class Form:
     def __call__(self, arm: Chain, T_base_tool: TensorLike) -> tuple[Tensor, Tensor]:
         """Check an arm and poses (..., 4, 4); return branches (..., 8, 6) and which are valid (..., 8)."""
         checks.instance(arm, "arm", Chain)
-        T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"))
+        T = require_values(spatial.require_rigid(T_base_tool, "T_base_tool"), "T_base_tool")
         q, valid, _ = self.branches(arm, T)
         return q, valid
 

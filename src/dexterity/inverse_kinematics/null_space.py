@@ -38,6 +38,7 @@ from dexterity.descent import RowFrame, TwistRows
 from dexterity.indices.rows import Rows, row_numbers
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import ROUNDING
+from dexterity.spatial.values import beside, require_values
 
 __all__ = ["Objective", "damped_pseudo_inverse", "null_space_projector", "null_space_step", "slope"]
 
@@ -152,7 +153,8 @@ def null_space_step(
         If a shape does not fit, something is not finite, `gain` is not positive, or `q` is beyond a limit.
     """
     checks.instance(chain, "chain", Chain)
-    q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain").detach()
+    q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
+    q = require_values(q, "q").detach()
     gain = checks.real(gain, "gain", above=0)
     beyond = (q < chain.lower.to(q.device) - ROUNDING) | (q > chain.upper.to(q.device) + ROUNDING)
     if beyond.any():
@@ -168,12 +170,12 @@ def null_space_step(
         gradient = slope(bound_objective(chain, objective, "objective"), q)
     else:
         with q.device:  # where arrays go as well
-            gradient = spatial.to_float64(objective, "objective")
+            gradient = beside(objective, "objective", q)
     if gradient.shape != q.shape:
         raise ValueError(
             f"objective has a gradient of shape {tuple(gradient.shape)}; {tuple(q.shape)} is needed"
         )
-    held = chain.forward(q) if pose is None else spatial.require_rigid(pose, "pose")
+    held = chain.forward(q) if pose is None else spatial.require_rigid(beside(pose, "pose", q), "pose")
     held = held.expand(*q.shape[:-1], 4, 4)
     flat = q.reshape(-1, chain.joints)
     checks.choice(frame, "frame", get_args(RowFrame))
@@ -276,7 +278,7 @@ def _ease(weights: TensorLike | None, J: Tensor) -> Tensor:
     """Square roots (n) or (..., n) of the reciprocal weights: by what joints are scaled."""
     if weights is None:
         return J.new_ones(J.shape[-1])
-    costs = spatial.to_extended_float64(weights, "weights").to(J.device)
+    costs = beside(weights, "weights", J, spatial.to_extended_float64)
     if costs.shape[-1:] != J.shape[-1:]:
         raise ValueError(f"weights has shape {tuple(costs.shape)}; {J.shape[-1]} are needed, one for a joint")
     if costs.ndim > 1 and costs.shape[:-1] != J.shape[:-2]:

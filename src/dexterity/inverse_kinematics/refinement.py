@@ -25,31 +25,10 @@ from dexterity.chain import Chain
 from dexterity.descent import descend
 from dexterity.spatial.tolerances import ROUNDING
 
-__all__ = ["arm_size", "polished", "pose_miss", "require_values"]
+__all__ = ["arm_size", "polished", "pose_miss"]
 
-_NO_VALUES = (
-    "poses have no values here, and values decide how they are solved: torch.compile, torch.export, "
-    "torch.func.vmap and the device meta are not possible; give a batch (..., 4, 4)"
-)
 _DIGITS = 1e-12  # a miss below this needs no step
 _REACH = 0.1  # miss from which a branch is improved where the description is right to six digits
-
-
-def require_values(T: Tensor) -> Tensor:
-    """Return poses whose values can be read, else refuse them by name.
-
-    Raises
-    ------
-    TypeError
-        If torch traces or maps the caller over a batch, or the device has no values.
-    """
-    inside = T
-    functorch = torch._C._functorch
-    while not torch.compiler.is_compiling() and functorch.is_gradtrackingtensor(inside):
-        inside = functorch.get_unwrapped(inside)  # derivatives leave values as they are
-    if not spatial.are_readable(inside):
-        raise TypeError(_NO_VALUES)
-    return T
 
 
 def arm_size(arm: Chain) -> float:

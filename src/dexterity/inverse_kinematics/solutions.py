@@ -26,6 +26,7 @@ from dexterity.inverse_kinematics.slices import Locked
 from dexterity.inverse_kinematics.turns import copies_within_limits, nearest_copy
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import beside
 
 __all__ = ["SeedsEnded", "Solutions"]
 
@@ -139,7 +140,7 @@ class Solutions:
         ValueError
             If `q` or `weights` does not fit.
         """
-        seed = spatial.require_joints(spatial.to_float64(q, "q"), self.chain.joints, "chain")
+        seed = spatial.require_joints(beside(q, "q", self.q), self.chain.joints, "chain")
         moved, within = nearest_copy(self.chain, self.q, seed[..., None, :], self.limit_tolerance)
         usable = self.valid & within
         distance = ((moved - seed[..., None, :]) * self._scales(weights)).norm(dim=-1)
@@ -151,7 +152,7 @@ class Solutions:
         """Roots (n) of the weights of joints."""
         if weights is None:
             return self.q.new_ones(self.chain.joints)
-        values = spatial.to_float64(weights, "weights").to(self.q.device)
+        values = beside(weights, "weights", self.q)
         if values.shape != (self.chain.joints,) or (values < 0).any():
             raise ValueError(
                 f"weights is {values.tolist()}; {self.chain.joints} numbers that are not negative are needed"

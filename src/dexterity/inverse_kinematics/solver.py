@@ -34,13 +34,13 @@ from dexterity.inverse_kinematics.null_space import (
     null_direction,
     slope,
 )
-from dexterity.inverse_kinematics.refinement import require_values
 from dexterity.inverse_kinematics.seeds import Ends, distinct, search
 from dexterity.inverse_kinematics.slices import Locked, branches_of_slices, locked_values
 from dexterity.inverse_kinematics.solutions import SeedsEnded, Solutions
 from dexterity.inverse_kinematics.turns import middle_of_limits, nearest_copy
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import beside, require_values
 
 __all__ = ["Method", "Secondary", "solve"]
 
@@ -139,7 +139,7 @@ def solve(
     checks.choice(method, "method", get_args(Method))
     if enough is not None:
         enough = checks.whole(enough, "enough", least=1)
-    T = require_values(spatial.require_rigid(T_world_tool, "T_world_tool")).detach()
+    T = require_values(spatial.require_rigid(T_world_tool, "T_world_tool"), "T_world_tool").detach()
     start = _seed(chain, near, T)
     value = _objective(chain, secondary)
 
@@ -174,7 +174,7 @@ def _seed(chain: Chain, near: TensorLike | None, T: Tensor) -> Tensor | None:
     """Seeds (..., n), one for each pose."""
     if near is None:
         return None
-    seed = spatial.to_float64(near, "near").detach().to(T.device)
+    seed = beside(near, "near", T).detach()
     if seed.shape[-1:] != (chain.joints,):
         raise ValueError(f"near has shape {tuple(seed.shape)}; the chain has {chain.joints} joints")
     try:

@@ -24,6 +24,7 @@ from torch import Tensor
 from dexterity import spatial
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import ROUNDING, SIX_DIGITS
+from dexterity.spatial.values import on_one_device, require_values
 
 __all__ = ["Line", "Turning", "subproblem_1", "subproblem_2", "subproblem_3", "subproblem_4"]
 
@@ -50,7 +51,8 @@ def subproblem_1(axis: TensorLike, p: TensorLike, q: TensorLike) -> Float64[Tens
     Murray, Li & Sastry (1994), section 3.3.2, Subproblem 1.
     """
     line = Line.of(axis, "axis")
-    return line.angle(points_of(p, "p"), points_of(q, "q"))
+    _, p, q = on_one_device(axis=line.point, p=points_of(p, "p"), q=points_of(q, "q"))
+    return line.on(p.device).angle(p, q)
 
 
 def subproblem_2(
@@ -83,7 +85,8 @@ def subproblem_2(
     one, two = Line.of(first, "first"), Line.of(second, "second")
     if one.meeting(two) is None:
         raise ValueError("first and second are axes that do not meet, or are parallel")
-    return about_two(one, two, points_of(p, "p"), points_of(q, "q"))
+    _, p, q = on_one_device(first=one.point, p=points_of(p, "p"), q=points_of(q, "q"))
+    return about_two(one.on(p.device), two.on(p.device), p, q)
 
 
 def subproblem_3(
@@ -114,11 +117,14 @@ def subproblem_3(
     ----------
     Murray, Li & Sastry (1994), section 3.3.2, Subproblem 3.
     """
-    line = Line.of(axis, "axis")
-    p, q, wanted = points_of(p, "p"), points_of(q, "q"), spatial.to_float64(distance, "distance")
-    if (wanted < 0).any():
+    wanted = spatial.to_float64(distance, "distance")
+    if spatial.are_readable(wanted) and (wanted < 0).any():
         raise ValueError(f"distance is {wanted.min().item()} at least; 0 or a positive number is needed")
-    return solved(line.distance_squared(p, q), wanted.square())
+    line = Line.of(axis, "axis")
+    _, p, q, wanted = on_one_device(
+        axis=line.point, p=points_of(p, "p"), q=points_of(q, "q"), distance=wanted
+    )
+    return solved(line.on(p.device).distance_squared(p, q), wanted.square())
 
 
 def subproblem_4(
@@ -144,10 +150,14 @@ def subproblem_4(
     ValueError
         If a shape does not fit, something is not finite, or the axis is no revolute screw.
     """
-    line, normal = Line.of(axis, "axis"), points_of(normal, "normal")
+    normal = points_of(normal, "normal")
     if normal.ndim != 1:
         raise ValueError(f"normal has shape {tuple(normal.shape)}; (3,) is needed")
-    return solved(line.component(points_of(p, "p"), normal), spatial.to_float64(offset, "offset"))
+    line = Line.of(axis, "axis")
+    _, p, normal, height = on_one_device(
+        axis=line.point, p=points_of(p, "p"), normal=normal, offset=spatial.to_float64(offset, "offset")
+    )
+    return solved(line.on(p.device).component(p, normal), height)
 
 
 @dataclass(frozen=True)
@@ -180,13 +190,17 @@ class Line:
         screw = spatial.to_float64(screw, name)
         if screw.shape != (6,):
             raise ValueError(f"{name} has shape {tuple(screw.shape)}; (6,) is needed")
-        v, omega = screw[:3], screw[3:]
+        v, omega = require_values(screw, name).split(3)
         length, pitch = float(omega.norm()), float(v @ omega) / (1 + float(v.norm()))
         if abs(length - 1) > SIX_DIGITS or abs(pitch) > SIX_DIGITS:
             raise ValueError(f"{name} is {screw.tolist()}; a revolute screw [v; ω] is needed")
         if abs(length - 1) > ROUNDING:
             v, omega = v / length, omega / length
         return cls(torch.linalg.cross(omega, v), omega)
+
+    def on(self, device: torch.device) -> Line:
+        """Return the axis on a device."""
+        return Line(self.point.to(device), self.direction.to(device))
 
     def reversed(self) -> Line:
         """Return the same axis, about which a turn is one back about this."""

@@ -28,6 +28,7 @@ from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import beside, require_values
 
 __all__ = ["copies_within_limits", "nearest_copy", "within_limits"]
 
@@ -146,7 +147,7 @@ def copies_within_limits(
     """
     checks.instance(chain, "chain", Chain)
     q = spatial.require_joints(spatial.to_float64(q, "q"), chain.joints, "chain")
-    if q.ndim != 1:
+    if require_values(q, "q").ndim != 1:
         raise ValueError(f"q has shape {tuple(q.shape)}; one configuration, ({chain.joints},), is needed")
     lower, upper = (limit.tolist() for limit in _widened(chain, q.device, limit_tolerance))
     # More copies than can be counted come from a tolerance, since limits are finite.
@@ -188,7 +189,7 @@ def middle_of_limits(chain: Chain) -> Tensor:
 
 
 def _seed(chain: Chain, near: TensorLike, q: Tensor) -> Tensor:
-    seed = spatial.to_float64(near, "near").to(q.device)
+    seed = beside(near, "near", q)
     if seed.shape[-1:] != (chain.joints,):
         raise ValueError(f"near has shape {tuple(seed.shape)}; the chain has {chain.joints} joints")
     try:

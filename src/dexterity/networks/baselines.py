@@ -174,6 +174,8 @@ class Trees:
     def __call__(self, q: TensorLike) -> Float64[Tensor, "*batch"]:
         """Value for joint values (..., n)."""
         x = self.view(q)
+        if not x.numel():  # scikit-learn refuses to predict nothing
+            return x.new_zeros(x.shape[:-1])
         values = self.model.predict(x.reshape(-1, self.view.width).numpy(force=True))
         return torch.as_tensor(values, device=x.device).reshape(x.shape[:-1])
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import torch
 from jaxtyping import Bool, Float64
@@ -50,6 +51,10 @@ class OutsideTrainedSpace(ValueError):  # noqa: N818 -- what is outside, not tha
             f"q has {int((~inside).sum())} of {inside.numel()} configurations outside the space that the "
             f"network was trained on, which joint{'s' * (len(joints) > 1)} {numbers} (counted from 1) left"
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The base class would call the class with the message, in the process that a worker sends it to.
+        return type(self), (self.inside, self.joints)
 
 
 @dataclass(frozen=True)

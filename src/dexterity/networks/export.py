@@ -17,6 +17,7 @@ True
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import torch
 from jaxtyping import Float64
@@ -41,6 +42,7 @@ from dexterity.networks.onnx_models import onnx_model, save_onnx
 from dexterity.networks.rounding import rounding
 from dexterity.program import Program
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import require_values
 
 __all__ = [
     "CompiledNetwork",
@@ -69,6 +71,9 @@ class CompiledNetwork:
         self._joints = network.joints
         self._batch = RowFunction(library, "network_batch", self._joints, results=1)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile_network, (self.network,)
+
     def __call__(self, q: TensorLike) -> Float64[Tensor, "*batch"]:
         """Value of the index as the network knows it.
 
@@ -83,8 +88,9 @@ class CompiledNetwork:
             If the last axis of `q` is not the number of joints, or `q` is not finite.
         """
         # The file refuses what is not finite; a look at it here would cost more than one configuration.
-        if not (isinstance(q, Tensor) and q.dtype is torch.float64):
+        if not (isinstance(q, Tensor) and q.dtype is torch.float64 and q.layout is torch.strided):
             q = spatial.to_float64(q, "q")
+        require_values(q, "q")
         return self._batch.values(spatial.require_joints(q, self._joints, "chain"))
 
 

@@ -31,6 +31,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.networks.network import Network, View, checked
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import require_values
 
 __all__ = ["FeedForward", "Readout"]
 
@@ -210,7 +211,7 @@ def target_of(values: TensorLike, readout: Readout) -> Float64[Tensor, "N k"]:
     ValueError
         If values are not finite, or not positive where the readout needs that.
     """
-    values = spatial.to_float64(values, "values")
+    values = require_values(spatial.to_float64(values, "values"), "values")
     if readout != "identity" and (values <= 0).any():
         raise ValueError(f"values hold {values.min()}; the readout {readout!r} needs positive ones")
     targets = READOUTS[readout].target(values)

@@ -35,6 +35,7 @@ from dexterity.networks.radial_basis import RadialBasis, bells
 from dexterity.networks.rounding import is_sound
 from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Growth", "RadialBasisOptions", "Stop", "fit", "grow"]
 
@@ -255,10 +256,10 @@ def fit(
         coincide, or there are more than rows, or the spread is so large that bells depend on each other.
     """
     spread = checks.positive(spread, "spread")
-    scale = spatial.to_float64(input_scale, "input_scale")
-    centres = spatial.batch_of(centres, "centres", (view.width,))
-    if centres.ndim != 2:
-        raise ValueError(f"centres has shape {tuple(centres.shape)}; (h, {view.width}) is needed")
+    scale = on_cpu(input_scale, "input_scale")
+    centres = spatial.batch_of(on_cpu(centres, "centres"), "centres", (view.width,))
+    if centres.ndim != 2 or not len(centres):
+        raise ValueError(f"centres has shape {tuple(centres.shape)}; (h, {view.width}) with h ≥ 1 is needed")
     arrays: dict[str, TensorLike] = {
         "centres": centres, "spread": spread, "input_scale": scale,
         "output_weights": torch.zeros(len(centres)), "output_bias": 0.0,

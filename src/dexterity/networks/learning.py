@@ -172,6 +172,8 @@ def for_index(
     index = Index(index) if isinstance(index, str) else checks.instance(index, "index", Index)
     goal = checks.positive(goal, "goal")
     points = checks.whole(points, "points", least=100)
+    if name is not None:  # known before minutes of training are lost
+        checks.name(name, "name")
     exact, language = fastest(chain, index)
     relevant = sampling.relevant_joints(chain, index)
     if space is None:
@@ -179,7 +181,7 @@ def for_index(
     task = _task(exact, space, chain, relevant, goal, relative)
     with _reporting(progress, effort) as report:
         climbed = climb(task, effort, report)
-    title = name or f"{chain.name}-{index.name}".replace("_", "-").replace(" ", "-")
+    title = f"{chain.name}-{index.name}".replace("_", "-").replace(" ", "-") if name is None else name
     about: dict[str, Any] = {
         "name": checks.name(title, "name"),
         "chain": chain_entry(chain),

@@ -31,6 +31,7 @@ from dexterity.networks.normal_equations import Layout, TrainingSet, normal_equa
 from dexterity.networks.threads import one_thread
 from dexterity.sampling import DataSet
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import require_values
 
 __all__ = ["Damping", "Options", "Stop", "Training", "levenberg_marquardt"]
 
@@ -212,7 +213,10 @@ def _rows(
 ) -> tuple[Tensor, Tensor]:
     """Return joint values (B or 1, N, n) and values (B or 1, N, k)."""
     first = networks[0]
-    q, values = spatial.to_float64(x, names[0]).detach(), spatial.to_float64(y, names[1]).detach()
+    q, values = (
+        require_values(spatial.to_float64(given, name), name).detach()
+        for given, name in zip((x, y), names, strict=True)
+    )
     if first.values == 1:
         values = values[..., None]
     if q.ndim == 2:

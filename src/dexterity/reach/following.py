@@ -46,6 +46,7 @@ from dexterity.reach.judgement import IndexLike, Judge
 from dexterity.reach.tool_poses import several_poses
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["By", "Follower", "Path", "follow"]
 
@@ -187,7 +188,7 @@ class Follower:
         self, find: ClosedForm | Search, judge: Judge, largest_step: TensorLike, by: By = "worst"
     ) -> None:
         self.find, self.judge, self.by = find, judge, checks.choice(by, "by", ("worst", "mean"))
-        step = spatial.to_float64(largest_step, "largest_step").detach().cpu()
+        step = on_cpu(largest_step, "largest_step").detach()
         joints = find.chain.joints
         if step.shape not in ((), (joints,)) or (step <= 0).any():
             raise ValueError(

@@ -28,6 +28,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 if TYPE_CHECKING:
     from dexterity.reach.reach_map import ReachMap
@@ -71,7 +72,7 @@ class InverseReachMap:
         ValueError
             If it is not one rigid pose, or the angle is not from 0 to π.
         """
-        T = spatial.require_rigid(T_world_tool, "T_world_tool")
+        T = spatial.require_rigid(on_cpu(T_world_tool, "T_world_tool"), "T_world_tool")
         if T.shape != (4, 4):
             raise ValueError(f"T_world_tool has shape {tuple(T.shape)}; one pose (4, 4) is needed")
         bases = T @ self._T_tool_base
@@ -107,7 +108,7 @@ class InverseReachMap:
             If a pose is not rigid, a shape does not fit, or a number is negative.
         """
         T, base = (
-            spatial.require_rigid(value, name).detach()
+            spatial.require_rigid(on_cpu(value, name), name).detach()
             for value, name in ((T_world_tool, "T_world_tool"), (bases, "bases"))
         )
         for value, name in ((T, "T_world_tool"), (base, "bases")):

@@ -35,6 +35,7 @@ from dexterity.reach.tool_poses import several_poses
 from dexterity.reach.work import Progress, counted, in_pieces
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["place"]
 
@@ -135,7 +136,7 @@ def place(
 
 
 def _bases(bases: TensorLike) -> Tensor:
-    values = spatial.to_float64(bases, "bases")
+    values = on_cpu(bases, "bases")
     if values.ndim == 2 and values.shape[1] == 3 and len(values):
         T = torch.eye(4, dtype=torch.float64).repeat(len(values), 1, 1)
         cosine, sine = values[:, 2].cos(), values[:, 2].sin()

@@ -24,6 +24,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["ball", "bounds", "box"]
 
@@ -77,7 +78,8 @@ def ball(centre: TensorLike, radius: float, spacing: float) -> Float64[Tensor, "
         If the centre is no point, a length is not positive, or there are more than ten million positions.
     """
     middle = _point(centre, "centre")
-    ratio = checks.positive(radius, "radius") / checks.positive(spacing, "spacing")
+    radius, spacing = checks.positive(radius, "radius"), checks.positive(spacing, "spacing")
+    ratio = radius / spacing
     _require_few(ratio * ratio * ratio, spacing)
     count = math.floor(ratio + 1e-9)
     side = spacing * torch.arange(-count, count + 1, dtype=torch.float64)
@@ -131,7 +133,7 @@ def _travel(chain: Chain, joint: int) -> float:
 
 
 def _point(value: TensorLike, name: str) -> Tensor:
-    point = spatial.to_float64(value, name)
+    point = on_cpu(value, name)
     if point.shape != (3,):
         raise ValueError(f"{name} has shape {tuple(point.shape)}; (3,) is needed")
     return point.clone()

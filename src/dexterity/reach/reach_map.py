@@ -39,6 +39,7 @@ from dexterity.reach.inverse_map import InverseReachMap
 from dexterity.reach.missed import Missed
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Nearest", "ReachMap", "ReachMapFileError"]
 
@@ -278,7 +279,7 @@ class ReachMap:
         ValueError
             If a pose is not rigid or not finite.
         """
-        T = spatial.require_rigid(T_world_tool, "T_world_tool").detach().cpu()
+        T = spatial.require_rigid(on_cpu(T_world_tool, "T_world_tool"), "T_world_tool").detach()
         distance, position = cKDTree(self.positions.numpy()).query(T[..., :3, 3].numpy())
         # The Frobenius distance of rotations grows with the angle between them: 2√2 sin(angle / 2).
         chord, rotation = cKDTree(self.rotations.flatten(1).numpy()).query(T[..., :3, :3].flatten(-2).numpy())

@@ -43,6 +43,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["covering_radius", "rotations"]
 
@@ -121,11 +122,11 @@ def covering_radius(rotations: TensorLike) -> float:
     ValueError
         If the rotations are none, or not of that shape.
     """
-    R = spatial.to_float64(rotations, "rotations")
+    R = on_cpu(rotations, "rotations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or not len(R):
         raise ValueError(f"rotations has shape {tuple(R.shape)}; (r, 3, 3) with r ≥ 1 is needed")
     R = spatial.require_rotation(R, "rotations")
-    quaternions = Rotation.from_matrix(R.detach().cpu().numpy()).as_quat()
+    quaternions = Rotation.from_matrix(R.detach().numpy()).as_quat()
     points = np.concatenate([quaternions, -quaternions])
     if np.linalg.matrix_rank(points, tol=1e-9) < 4:
         return math.pi

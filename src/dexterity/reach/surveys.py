@@ -36,6 +36,7 @@ from dexterity.reach.sampled import sampled
 from dexterity.reach.work import Progress, counted, in_pieces
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Method", "survey"]
 
@@ -177,14 +178,14 @@ def _draft(
 
 
 def _positions(positions: TensorLike) -> Tensor:
-    points = spatial.to_float64(positions, "positions")
+    points = on_cpu(positions, "positions")
     if points.ndim != 2 or points.shape[1] != 3 or not len(points):
         raise ValueError(f"positions has shape {tuple(points.shape)}; (p, 3) with p ≥ 1 is needed")
-    return points.detach().cpu().clone()
+    return points.detach().clone()
 
 
 def _rotations(rotations: TensorLike) -> Tensor:
-    R = spatial.to_float64(rotations, "rotations")
+    R = on_cpu(rotations, "rotations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or not len(R):
         raise ValueError(f"rotations has shape {tuple(R.shape)}; (r, 3, 3) with r ≥ 1 is needed")
-    return spatial.require_rotation(R.detach().cpu(), "rotations").clone()
+    return spatial.require_rotation(R.detach(), "rotations").clone()

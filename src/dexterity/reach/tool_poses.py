@@ -21,6 +21,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["panel", "planar_bases", "pointing", "seam"]
 
@@ -170,14 +171,14 @@ def _spread(size: float, count: int) -> Tensor:
 
 
 def _values(values: TensorLike, name: str) -> Tensor:
-    row = spatial.to_float64(values, name)
+    row = on_cpu(values, name)
     if row.ndim > 1 or row.numel() == 0:
         raise ValueError(f"{name} has shape {tuple(row.shape)}; one value or a row of values is needed")
     return row.reshape(-1)
 
 
 def _vector(value: TensorLike, name: str) -> Tensor:
-    vector = spatial.to_float64(value, name)
+    vector = on_cpu(value, name)
     if vector.shape != (3,):
         raise ValueError(f"{name} has shape {tuple(vector.shape)}; (3,) is needed")
     return vector
@@ -194,7 +195,7 @@ def _direction(value: TensorLike, name: str) -> Tensor:
 
 
 def _rotation(value: TensorLike) -> Tensor:
-    R = spatial.to_float64(value, "tool_rotation")
+    R = on_cpu(value, "tool_rotation")
     if R.shape != (3, 3):
         raise ValueError(f"tool_rotation has shape {tuple(R.shape)}; (3, 3) is needed")
     return spatial.require_rotation(R, "tool_rotation")
@@ -202,7 +203,7 @@ def _rotation(value: TensorLike) -> Tensor:
 
 def several_poses(poses: TensorLike, name: str) -> Float64[Tensor, "k 4 4"]:
     """Return rigid poses, at least one, on the processor and without memory shared with the caller."""
-    T = spatial.require_rigid(poses, name)
+    T = spatial.require_rigid(on_cpu(poses, name), name)
     if T.ndim != 3 or not len(T):
         raise ValueError(f"{name} has shape {tuple(T.shape)}; (k, 4, 4) with k ≥ 1 is needed")
-    return T.detach().cpu().clone()
+    return T.detach().clone()

@@ -396,7 +396,7 @@ def _check_angles(row: Mapping[str, Any], kind: str, where: str) -> None:
         if key in row and in_degrees in row:
             raise ValueError(f"{where} holds {key} and {in_degrees}; one of them is needed")
         if kind == "prismatic" and key in ("lower", "upper", "rate") and in_degrees in row:
-            raise ValueError(f"{where} is prismatic and holds {in_degrees}; {key} [m] is needed")
+            raise ValueError(f"{where} is prismatic and holds {in_degrees}; {key} in metres is needed")
     for key in ("theta", "alpha"):
         if key in row and not abs(row[key]) <= _TURN:
             raise ValueError(f"{key} of {where} is {row[key]} rad, more than a turn; {key}_deg takes degrees")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from dexterity import spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Array", "bar_lengths", "finite_array", "rigid"]
 
@@ -17,7 +18,7 @@ Array: TypeAlias = NDArray[np.float64]
 
 def finite_array(value: TensorLike, name: str, shape: tuple[int, ...]) -> Array:
     """Return a finite array of a shape in which -1 is any length, independent of the original."""
-    array: Array = spatial.to_float64(value, name).detach().cpu().numpy().copy()
+    array: Array = on_cpu(value, name).detach().numpy().copy()
     fits = all(want in (-1, have) for want, have in zip(shape, array.shape, strict=False))
     if array.ndim != len(shape) or not fits:
         wanted = ", ".join("any" if length == -1 else str(length) for length in shape)

@@ -16,8 +16,9 @@ from typing import TypeAlias
 import torch
 from torch import Tensor
 
-from dexterity import checks, spatial
+from dexterity import checks
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Objective", "evaluated", "limits", "steps"]
 
@@ -34,10 +35,7 @@ def limits(lower: TensorLike, upper: TensorLike) -> tuple[Tensor, Tensor]:
         If they are no vectors of one length, not finite, too far apart, or a lower one is above its upper
         one.
     """
-    low, high = (
-        spatial.to_float64(limit, name).detach().clone()
-        for limit, name in ((lower, "lower"), (upper, "upper"))
-    )
+    low, high = (on_cpu(limit, name).detach().clone() for limit, name in ((lower, "lower"), (upper, "upper")))
     if low.ndim != 1 or low.shape != high.shape or len(low) == 0:
         raise ValueError(
             f"lower has shape {tuple(low.shape)} and upper {tuple(high.shape)}; "
@@ -59,7 +57,7 @@ def steps(value: TensorLike, name: str, variables: int) -> Tensor:
     ValueError
         If they are not as many, or one is not positive.
     """
-    each = spatial.to_float64(value, name).detach()
+    each = on_cpu(value, name).detach()
     if each.shape != (variables,) or (each <= 0).any():
         raise ValueError(
             f"{name} is {checks.shown(each.tolist())}; "

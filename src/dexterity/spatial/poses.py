@@ -31,6 +31,7 @@ from dexterity.spatial.values import (
     as_float64,
     batch_of,
     common_batch,
+    on_one_device,
     require_finite_result,
     to_float64,
 )
@@ -64,6 +65,7 @@ def pose(rotation: TensorLike, translation: TensorLike) -> Float64[Tensor, "*bat
     """
     R = batch_of(rotation, "rotation", (3, 3))
     p = batch_of(translation, "translation", (3,))
+    R, p = on_one_device(rotation=R, translation=p)
     batch = common_batch(rotation=R.shape[:-2], translation=p.shape[:-1])
     T = assemble(R.expand(*batch, 3, 3), p.expand(*batch, 3))
     return require_rigid(T, "rotation")
@@ -79,7 +81,7 @@ def translation(x: TensorLike, y: TensorLike, z: TensorLike) -> Float64[Tensor, 
     """
     parts = {name: to_float64(part, name) for name, part in (("x", x), ("y", y), ("z", z))}
     batch = common_batch(**{name: part.shape for name, part in parts.items()})
-    p = torch.stack([part.expand(batch) for part in parts.values()], dim=-1)
+    p = torch.stack([part.expand(batch) for part in on_one_device(**parts)], dim=-1)
     return assemble(torch.eye(3, dtype=p.dtype, device=p.device).expand(*batch, 3, 3), p)
 
 
@@ -277,7 +279,7 @@ def apply(T: TensorLike, p: TensorLike) -> Float64[Tensor, "*batch 3"]:
         If a shape does not fit or something is not finite.
     """
     T = batch_of(T, "T", (4, 4))
-    p = batch_of(p, "p", (3,))
+    T, p = on_one_device(T=T, p=batch_of(p, "p", (3,)))
     common_batch(T=T.shape[:-2], p=p.shape[:-1])
     return (T[..., :3, :3] @ p[..., None])[..., 0] + T[..., :3, 3]
 
@@ -328,6 +330,7 @@ def compose(*poses: TensorLike) -> Float64[Tensor, "*batch 4 4"]:
     if not poses:
         raise ValueError("poses is empty; at least one is needed")
     checked = [batch_of(T, f"poses[{i}]", (4, 4)) for i, T in enumerate(poses)]
+    checked = list(on_one_device(**{f"poses[{i}]": T for i, T in enumerate(checked)}))
     common_batch(**{f"poses[{i}]": T.shape[:-2] for i, T in enumerate(checked)})
     # A product of one pose is a copy: what is returned never changes with the caller's array.
     product = reduce(torch.matmul, checked) if len(checked) > 1 else checked[0].clone()

@@ -64,7 +64,8 @@ def nearest_rotation(matrix: TensorLike, *, largest_miss: float = 1e-2) -> Float
     ----------
     Schönemann (1966), A generalized solution of the orthogonal Procrustes problem.
     """
-    return _nearest(batch_of(matrix, "matrix", (3, 3)), largest_miss, "matrix")
+    bound = checks.real(largest_miss, "largest_miss", above=0, infinite=True)
+    return _nearest(batch_of(matrix, "matrix", (3, 3)), bound, "matrix")
 
 
 def nearest_rigid(T: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tensor, "*batch 4 4"]:
@@ -83,15 +84,15 @@ def nearest_rigid(T: TensorLike, *, largest_miss: float = 1e-2) -> Float64[Tenso
         As :func:`nearest_rotation`, or if the last row misses 0 0 0 1 by `largest_miss` or more.
     """
     T = batch_of(T, "T", (4, 4))
-    R = _nearest(T[..., :3, :3], largest_miss, "T")
+    bound = checks.real(largest_miss, "largest_miss", above=0, infinite=True)
+    R = _nearest(T[..., :3, :3], bound, "T")
     last_row = T[..., 3, :] - T.new_tensor([0.0, 0.0, 0.0, 1.0])
-    if are_readable(T) and (last_row.abs() >= largest_miss).any():
+    if are_readable(T) and (last_row.abs() >= bound).any():
         raise ValueError("T is not a rigid-body pose: its last row is not 0 0 0 1")
     return poses.assemble(R, T[..., :3, 3])
 
 
-def _nearest(R: Tensor, largest_miss: float, name: str) -> Tensor:
-    bound = checks.real(largest_miss, "largest_miss", above=0, infinite=True)
+def _nearest(R: Tensor, bound: float, name: str) -> Tensor:
     if are_readable(R) and R.numel():
         if (torch.linalg.det(R) <= 0).any():
             raise ValueError(
@@ -222,8 +223,7 @@ def quaternion(T: TensorLike, *, order: QuaternionOrder) -> Float64[Tensor, "*ba
 
 def _ordered(q: Tensor, given: QuaternionOrder, wanted: QuaternionOrder) -> Tensor:
     for order in (given, wanted):
-        if order not in get_args(QuaternionOrder):
-            raise ValueError(f"order is {order!r}; 'xyzw' or 'wxyz' is needed")
+        checks.choice(order, "order", get_args(QuaternionOrder))
     if given == wanted:
         return q
     return q.roll(1, dims=-1) if given == "xyzw" else q.roll(-1, dims=-1)

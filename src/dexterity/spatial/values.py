@@ -178,6 +178,95 @@ def common_batch(**batches: Sequence[int]) -> torch.Size:
         ) from error
 
 
+def on_one_device(**tensors: Tensor) -> tuple[Tensor, ...]:
+    """Bring tensors on the CPU, where numbers and arrays are, to the device of the others.
+
+    Raises
+    ------
+    ValueError
+        If two lie on different devices, none of which is the CPU; the error names both.
+    """
+    elsewhere = {name: tensor.device for name, tensor in tensors.items() if not tensor.is_cpu}
+    if not elsewhere:
+        return tuple(tensors.values())
+    first, device = next(iter(elsewhere.items()))
+    for name, other in elsewhere.items():
+        if other != device:
+            raise ValueError(
+                f"{first} is on the device {device} and {name} on {other}; bring them together by to()"
+            )
+    return tuple(tensor.to(device) for tensor in tensors.values())
+
+
+def on_cpu(
+    value: TensorLike, name: str, read: Callable[[TensorLike, str], Tensor] = to_float64
+) -> Float64[Tensor, "..."]:
+    """Read numbers that describe something, such as limits, or that go where only the CPU can compute.
+
+    They land on the CPU, whatever the default device of torch is, and whatever device they are on.
+
+    Parameters
+    ----------
+    value, name
+        As for :func:`to_float64`.
+    read
+        What reads them.
+
+    Raises
+    ------
+    ValueError
+        If they have no values to read, as on the device ``meta``, or as `read`.
+    TypeError
+        As `read`.
+    """
+    with torch.device("cpu"):
+        tensor = read(value, name)
+    if tensor.is_meta:
+        raise ValueError(f"{name} is on the device meta, which holds no values")
+    return tensor.cpu()
+
+
+def beside(
+    value: TensorLike,
+    name: str,
+    other: Tensor,
+    read: Callable[[TensorLike, str], Tensor] = to_float64,
+) -> Float64[Tensor, "..."]:
+    """Read numbers that go with another tensor, and bring them to its device.
+
+    Raises
+    ------
+    ValueError
+        If they have no values and the other tensor has some, or as `read`.
+    TypeError
+        As `read`.
+    """
+    tensor = read(value, name)
+    if tensor.is_meta and not other.is_meta:
+        raise ValueError(f"{name} is on the device meta, which holds no values")
+    return tensor.to(other.device)
+
+
+def require_values(tensor: Tensor, name: str) -> Tensor:
+    """Return a tensor whose values decide how something is computed, else refuse it by name.
+
+    Raises
+    ------
+    TypeError
+        If torch traces or maps the caller over a batch, or the device has no values.
+    """
+    inside = tensor
+    functorch = torch._C._functorch
+    while not torch.compiler.is_compiling() and functorch.is_gradtrackingtensor(inside):
+        inside = functorch.get_unwrapped(inside)  # derivatives leave values as they are
+    if not are_readable(inside):
+        raise TypeError(
+            f"{name} has no values here, and values decide how it is solved: torch.compile, torch.export, "
+            "torch.func.vmap and the device meta are not possible; give a batch"
+        )
+    return tensor
+
+
 def are_readable(tensor: Tensor) -> bool:
     """Whether Python can read the values of a tensor, and so a check can look at them.
 
@@ -255,12 +344,17 @@ def _tensor_as_float64(tensor: Tensor, name: str) -> Tensor:
     if tensor.is_nested:
         raise TypeError(f"{name} is a nested tensor; rows of one length are needed")
     if tensor.dtype == torch.float64 and tensor.layout == torch.strided:
-        return tensor
+        return _plain(tensor)
     if tensor.layout != torch.strided:
         raise TypeError(f"{name} is a tensor of layout {tensor.layout}; call to_dense() first")
     if tensor.is_complex() or tensor.dtype == torch.bool or tensor.is_quantized:
         raise TypeError(f"{name} holds {tensor.dtype} values; real numbers are needed")
-    return tensor.to(torch.float64)
+    return _plain(tensor.to(torch.float64))
+
+
+def _plain(tensor: Tensor) -> Tensor:
+    """Return a tensor whose memory holds its values, not their negatives as a conjugate's imaginary part."""
+    return tensor if torch.compiler.is_compiling() or not tensor.is_neg() else tensor.resolve_neg()
 
 
 def _holds(value: Sequence[Any], kind: type) -> bool:

@@ -52,6 +52,7 @@ def table(timings: Sequence[Timing], reference: str) -> pandas.DataFrame:
     ValueError
         If no timing, or more than one, has the reference's name.
     """
+    checks.name(reference, "reference")
     found = [timing for timing in timings if timing.name == reference]
     if len(found) != 1:
         names = [timing.name for timing in timings]

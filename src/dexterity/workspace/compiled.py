@@ -25,6 +25,7 @@ from dexterity import checks, spatial
 from dexterity.codegen.c_file import CFile, commented
 from dexterity.codegen.library import compiled_library, plain_memory
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu, require_values
 from dexterity.workspace.closed_form import LINKS, PARTS, POSE, derive, part
 from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, Branch, one_arm
 
@@ -88,11 +89,11 @@ class CompiledArm:
     """
 
     def __init__(self, links: TensorLike, branch: Branch = NAMED_BRANCH) -> None:
-        links = one_arm(links)
+        links = on_cpu(one_arm(links), "links")
         _, d4, a2, a3 = links.tolist()
         if a2 == 0 or d4 == a3 == 0:
             raise ValueError(f"links is {links.tolist()}; an upper arm and a forearm with lengths are needed")
-        self._links = links.detach().cpu().contiguous()
+        self._links = links.detach().contiguous()
         self._branch = checks.instance(branch, "branch", Branch)
 
     @cached_property
@@ -180,8 +181,13 @@ def in_c(branch: Branch, *names: str) -> PoseFunction:
 
 def _poses(T_base_tool: TensorLike) -> Tensor:
     # NaN and infinities are no rigid poses for the C function; a look at them here would cost as much again.
-    if not (isinstance(T_base_tool, Tensor) and T_base_tool.dtype is torch.float64):
+    if not (
+        isinstance(T_base_tool, Tensor)
+        and T_base_tool.dtype is torch.float64
+        and T_base_tool.layout is torch.strided
+    ):
         T_base_tool = spatial.to_float64(T_base_tool, "T_base_tool")
+    require_values(T_base_tool, "T_base_tool")
     if T_base_tool.shape[-2:] != (4, 4):
         raise ValueError(f"T_base_tool has shape {tuple(T_base_tool.shape)}; (..., 4, 4) is needed")
     return T_base_tool

@@ -25,6 +25,7 @@ from torch import Tensor
 
 from dexterity import checks, spatial
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import beside
 from dexterity.workspace.reachability import Frames, frames
 
 __all__ = ["DynamicParameters", "asada_ratio", "cartesian_inertia", "joint_inertia"]
@@ -106,7 +107,7 @@ def _placed(
     parts, batches = [], {"q": placed.origins.shape[:-2]}
     for name, part in zip(DynamicParameters._fields, dynamics, strict=True):
         shape = _SHAPES.get(name, (6,))
-        parts.append(spatial.batch_of(part, name, shape))
+        parts.append(spatial.batch_of(beside(part, name, placed.origins), name, shape))
         batches[name] = parts[-1].shape[: -len(shape)]
     batch = spatial.common_batch(**batches)
     rotations, origins = placed.rotations.expand(*batch, 7, 3, 3), placed.origins.expand(*batch, 7, 3)
@@ -121,7 +122,7 @@ def _joint_inertia(placed: Frames, dynamics: DynamicParameters) -> Tensor:
     axes = placed.rotations[..., :6, :, 2]
     centres = origins[..., 1:, :] + (R @ dynamics.centre[..., None])[..., 0]
     # A joint moves the links behind it.
-    moves = torch.ones(6, 6, dtype=axes.dtype).tril()[..., None]
+    moves = torch.ones(6, 6, dtype=axes.dtype, device=axes.device).tril()[..., None]
     linear = moves * torch.linalg.cross(
         axes[..., None, :, :], centres[..., :, None, :] - origins[..., None, :6, :]
     )
@@ -152,7 +153,7 @@ def cartesian_inertia(
 def _cartesian_inertia(placed: Frames, dynamics: DynamicParameters) -> Tensor:
     M, J = _joint_inertia(placed, dynamics), placed.jacobian()
     regular = (torch.linalg.det(J).abs() >= _SINGULAR)[..., None, None]
-    unit = torch.eye(6, dtype=J.dtype)
+    unit = torch.eye(6, dtype=J.dtype, device=J.device)
     rates = torch.linalg.solve(torch.where(regular, J, unit), unit[:, :3])
     return torch.where(regular, rates.mT @ M @ rates, 0.0)
 

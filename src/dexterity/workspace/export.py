@@ -28,6 +28,7 @@ from dexterity.codegen.ecmascript import Exported, program_module
 from dexterity.codegen.printing import template
 from dexterity.program import Program, Recorder
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 from dexterity.workspace.closed_form import LINKS, PARTS, POSE, derive, part
 from dexterity.workspace.jacobian_net import JacobianNet
 from dexterity.workspace.reachability import LINK_NAMES, NAMED_BRANCH, TWISTS, Branch
@@ -179,8 +180,8 @@ class Confidence:
 
     def __call__(self, links: TensorLike, T_base_tool: TensorLike) -> Float64[Tensor, "*batch"]:
         """Confidence from 0 to 1 that poses (..., 4, 4) are in reach of arms with links (..., 4) [m]."""
-        links = spatial.batch_of(links, "links", (4,))
-        T = spatial.batch_of(T_base_tool, "T_base_tool", (4, 4))
+        links = spatial.batch_of(on_cpu(links, "links"), "links", (4,))
+        T = spatial.batch_of(on_cpu(T_base_tool, "T_base_tool"), "T_base_tool", (4, 4))
         batch = spatial.common_batch(links=links.shape[:-1], T_base_tool=T.shape[:-2])
         links, position = links.expand(*batch, 4), T[..., :3, 3].expand(*batch, 3)
         if self.inputs == "plane":

@@ -32,6 +32,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.checks import Instance, Real, Whole
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 from dexterity.workspace.archive import ArchiveError, read_archive, require_like, write_archive
 from dexterity.workspace.dataset import Samples, Scaling, features
 from dexterity.workspace.reachability import in_tool_axes
@@ -387,8 +388,8 @@ class JacobianNet(torch.nn.Module):
             If the network sees angles or dynamic parameters, which a pose does not have; if a shape does not
             fit, a pose is not rigid, or something is not finite.
         """
-        links = spatial.batch_of(links, "links", (4,))
-        T = spatial.require_rigid(T_base_tool, "T_base_tool")
+        links = spatial.batch_of(on_cpu(links, "links"), "links", (4,))
+        T = spatial.require_rigid(on_cpu(T_base_tool, "T_base_tool"), "T_base_tool")
         batch = spatial.common_batch(links=links.shape[:-1], T_base_tool=T.shape[:-2])
         links, T = links.expand(*batch, 4).reshape(-1, 4), T.expand(*batch, 4, 4).reshape(-1, 4, 4)
         R = T[:, :3, :3]

@@ -28,9 +28,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import torch
@@ -43,6 +43,7 @@ from dexterity.inverse_kinematics import nearest_copy, spherical_wrist
 from dexterity.inverse_kinematics.turns import angles_within
 from dexterity.spatial import TensorLike
 from dexterity.spatial.tolerances import LIMIT
+from dexterity.spatial.values import on_cpu
 from dexterity.workspace.closed_form import in_torch
 from dexterity.workspace.compiled import in_c
 from dexterity.workspace.dataset import HALF_SIDE, LARGEST_LENGTH
@@ -189,7 +190,7 @@ class ByClosedForm:
         backend: Literal["torch", "c"] = "torch",
         limit_tolerance: float = LIMIT,
     ) -> None:
-        self._links = one_arm(links)
+        self._links = on_cpu(one_arm(links), "links")
         checks.choice(backend, "backend", _BACKENDS)
         checks.OrNone(checks.Instance(Branch))(branch, "branch")
         self._tolerance = checks.real(limit_tolerance, "limit_tolerance", least=0.0)
@@ -203,7 +204,20 @@ class ByClosedForm:
         # Without limits a flip of the wrist changes nothing.
         flips = (False, True) if self._limits else (False,)
         every = itertools.starmap(Branch, itertools.product((True, False), (True, False), flips))
-        self._branches = [_BACKENDS[backend](each, *names) for each in ([branch] if branch else every)]
+        self._made_of = backend, names, [branch] if branch else list(every)
+        self._branches = self._functions()
+
+    def _functions(self) -> list[Callable[[Tensor, Tensor], Tensor]]:
+        backend, names, branches = self._made_of
+        return [_BACKENDS[backend](branch, *names) for branch in branches]
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is compiled stays in its process.
+        return {name: value for name, value in vars(self).items() if name != "_branches"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._branches = self._functions()
 
     def __call__(self, T_base_tool: Tensor) -> Reply:
         """Look at rigid poses (..., 4, 4).
@@ -335,7 +349,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         for name in ("x", "y", "z"):
-            values = spatial.to_float64(getattr(self, name), name)
+            values = on_cpu(getattr(self, name), name)
             if values.ndim != 1 or len(values) == 0:
                 raise ValueError(f"{name} has shape {tuple(values.shape)}; one coordinate or more are needed")
             object.__setattr__(self, name, values.clone())
@@ -419,7 +433,7 @@ def around(orientations: TensorLike, direction: TensorLike, half_angle: float) -
         If a shape does not fit, something is not finite or no rotation, the direction is zero, or the angle
         is not in that range.
     """
-    R, axis = _orientations(orientations), spatial.to_float64(direction, "direction")
+    R, axis = _orientations(orientations), on_cpu(direction, "direction")
     if axis.shape != (3,) or not axis.norm() > 0:
         raise ValueError(f"direction is {axis.tolist()}; three numbers that are not all 0 are needed")
     widest = checks.real(half_angle, "half_angle", least=0.0, most=math.pi)
@@ -465,7 +479,7 @@ def constant_orientation(
     ValueError
         If the orientation is no rotation, or a slab holds no pose.
     """
-    R = spatial.to_float64(orientation, "orientation")
+    R = on_cpu(orientation, "orientation")
     if R.ndim != 2:
         raise ValueError(f"orientation has shape {tuple(R.shape)}; (3, 3) is needed")
     R = spatial.require_rotation(R, "orientation")
@@ -490,7 +504,7 @@ def orientation_workspace(answer: Answer, position: TensorLike, orientations: Te
     ValueError
         If a shape does not fit, an orientation is no rotation, or something is not finite.
     """
-    R, place = _orientations(orientations), spatial.to_float64(position, "position")
+    R, place = _orientations(orientations), on_cpu(position, "position")
     if place.shape != (3,):
         raise ValueError(f"position has shape {tuple(place.shape)}; (3,) is needed")
     return Map(*_asked(answer)(_poses(R, place[None])[0]))
@@ -621,7 +635,7 @@ def _poses(R: Tensor, points: Tensor) -> Tensor:
 
 
 def _orientations(orientations: TensorLike) -> Tensor:
-    R = spatial.to_float64(orientations, "orientations")
+    R = on_cpu(orientations, "orientations")
     if R.ndim != 3 or R.shape[1:] != (3, 3) or len(R) == 0:
         raise ValueError(f"orientations has shape {tuple(R.shape)}; (m, 3, 3) with m ≥ 1 is needed")
     return spatial.require_rotation(R, "orientations")

@@ -34,6 +34,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu, on_one_device
 
 __all__ = [
     "LINK_NAMES",
@@ -95,7 +96,7 @@ def arm(links: TensorLike, name: str = "arm") -> Chain:
     ValueError
         If there are not four numbers, or one is negative or not finite.
     """
-    d3, d4, a2, a3 = one_arm(links).tolist()
+    d3, d4, a2, a3 = on_cpu(one_arm(links), "links").tolist()
     lengths = zip((0, 0, d3, d4, 0, 0), (0, a2, a3, 0, 0, 0), TWISTS, strict=True)
     return Chain.from_dh([{"d": d, "a": a, "alpha": alpha} for d, a, alpha in lengths], name=name)
 
@@ -116,6 +117,7 @@ def reachable(links: TensorLike, position: TensorLike) -> Bool[Tensor, "*batch"]
         If a shape does not fit, a length is negative, or something is not finite.
     """
     links, position = _links(links), spatial.batch_of(position, "position", (3,))
+    links, position = on_one_device(links=links, position=position)
     spatial.common_batch(links=links.shape[:-1], position=position.shape[:-1])
     (d3, d4, a2, a3), (x, y, z) = links.unbind(-1), position.unbind(-1)
     across = x.square() + y.square()
@@ -150,6 +152,7 @@ def inverse(
     """
     links, T = _links(links), spatial.require_rigid(T_base_tool, "T_base_tool")
     checks.instance(branch, "branch", Branch)
+    links, T = on_one_device(links=links, T_base_tool=T)
     spatial.common_batch(links=links.shape[:-1], T_base_tool=T.shape[:-2])
     reach = reachable(links, T[..., :3, 3])
     q1, q2, q3 = _arm_angles(links, T[..., :3, 3], branch)
@@ -226,11 +229,12 @@ def frames(links: TensorLike, q: TensorLike) -> Frames:
         If a shape does not fit, a length is negative, or something is not finite.
     """
     links, q = _links(links), spatial.require_joints(spatial.to_float64(q, "q"), 6, "arm")
+    links, q = on_one_device(links=links, q=q)
     d3, d4, a2, a3 = links.unbind(-1)
     nothing = torch.zeros_like(d3)
     offsets, lengths = (nothing, nothing, d3, d4, nothing, nothing), (nothing, a2, a3, *[nothing] * 3)
     batch = spatial.common_batch(links=links.shape[:-1], q=q.shape[:-1])
-    R, p = torch.eye(3, dtype=q.dtype).expand(*batch, 3, 3), q.new_zeros(*batch, 3)
+    R, p = torch.eye(3, dtype=q.dtype, device=q.device).expand(*batch, 3, 3), q.new_zeros(*batch, 3)
     rotations, origins = [R], [p]
     for angle, d, a, twist in zip(q.unbind(-1), offsets, lengths, TWISTS, strict=True):
         c, s = angle.cos()[..., None], angle.sin()[..., None]

@@ -36,6 +36,7 @@ from torch import Tensor
 from dexterity import checks, spatial
 from dexterity.checks import Real
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["Circle", "Method", "Path", "Tracking", "Wanted", "track"]
 
@@ -102,7 +103,7 @@ class Circle:
     def __post_init__(self) -> None:
         checks.fields(self, radius=Real(least=0), period=Real(above=0), lean=Real())
         for name, shape in (("centre", (3,)), ("orientation", (3, 3))):
-            value = spatial.to_float64(getattr(self, name), name)
+            value = on_cpu(getattr(self, name), name)
             if value.shape != shape:
                 raise ValueError(f"{name} has shape {tuple(value.shape)}; {shape} is needed")
             rows = value.tolist()
@@ -204,7 +205,7 @@ def track(
         If `q` is not (n,) or not finite, a time or the largest rate is not positive, the gain is negative, or
         the method is unknown.
     """
-    q = spatial.to_float64(q, "q")
+    q = on_cpu(q, "q")
     if q.ndim != 1:
         raise ValueError(f"q has shape {tuple(q.shape)}; one configuration (n,) is needed")
     for name, function in (("path", path), ("forward", forward), ("geometric_jacobian", geometric_jacobian)):

@@ -19,17 +19,19 @@ True
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from typing import TypeAlias
 
 import torch
 from torch import Tensor
 
-from dexterity import checks, spatial
+from dexterity import checks
 from dexterity.crane.kinematics import FARTHEST, inverse, least_extension, tip_position
 from dexterity.crane.positioning.genetic import GeneticInverseOptions, genetic_inverse
 from dexterity.crane.positioning.task import Placement, SagModel, Task
 from dexterity.networks.feed_forward import FeedForward
+from dexterity.spatial.values import on_cpu
 
 __all__ = [
     "RigidInverse",
@@ -51,7 +53,7 @@ def exact_inverse(task: Task, positions: Tensor) -> Placement:
 
     What cannot be reached is NaN and flagged.
     """
-    positions = spatial.to_float64(positions, "positions")
+    positions = on_cpu(positions, "positions")
     if positions.shape != task.targets.shape:
         raise ValueError(
             f"positions has shape {tuple(positions.shape)}; {tuple(task.targets.shape)} is needed"
@@ -76,12 +78,12 @@ def genetic(generator: torch.Generator, options: GeneticInverseOptions | None = 
 @checks.arguments(network=checks.Instance(FeedForward))
 def network_sag(network: FeedForward) -> SagModel:
     """Return a correction network as a deflection."""
+    return functools.partial(_sag_of, network)
 
-    def sag(strokes: Tensor, payload: Tensor) -> Tensor:
-        with torch.no_grad():
-            return network(torch.cat([strokes, payload[:, None]], dim=-1))
 
-    return sag
+def _sag_of(network: FeedForward, strokes: Tensor, payload: Tensor) -> Tensor:
+    with torch.no_grad():
+        return network(torch.cat([strokes, payload[:, None]], dim=-1))
 
 
 @checks.arguments(task=checks.Instance(Task))

@@ -23,11 +23,12 @@ import torch
 from jaxtyping import Float64
 from torch import Tensor
 
-from dexterity import checks, spatial
+from dexterity import checks
 from dexterity.checks import OrNone, Real, Whole
 from dexterity.crane.kinematics import tip_position
 from dexterity.crane.positioning.task import Placement, Task
 from dexterity.search.genetic import Chromosome
+from dexterity.spatial.values import on_cpu
 
 __all__ = ["GeneticInverseOptions", "genetic_inverse"]
 
@@ -112,7 +113,7 @@ def genetic_inverse(
     checks.instance(task, "task", Task)
     checks.instance(generator, "generator", torch.Generator)
     checks.instance(options, "options", GeneticInverseOptions)
-    positions = spatial.to_float64(positions, "positions")
+    positions = on_cpu(positions, "positions")
     if positions.shape != task.targets.shape:
         raise ValueError(
             f"positions has shape {tuple(positions.shape)}; {tuple(task.targets.shape)} is needed"

@@ -15,6 +15,7 @@ Distance of the loaded tip from two targets [mm] without compensation:
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,6 +32,7 @@ from dexterity.crane.equilibrium import corotational_deflection
 from dexterity.crane.kinematics import inverse, tip_position
 from dexterity.crane.structure import deflection, require_payload
 from dexterity.spatial import TensorLike
+from dexterity.spatial.values import on_cpu
 
 __all__ = [
     "Errors",
@@ -75,9 +77,9 @@ class Task:
 
     def __post_init__(self) -> None:
         checks.instance(self.crane, "crane", Crane)
-        targets = spatial.to_float64(self.targets, "targets")
+        targets = on_cpu(self.targets, "targets")
         for name, shape in (("targets", (2,)), ("payload", ()), ("starts", (3,))):
-            value = spatial.to_float64(getattr(self, name), name)
+            value = on_cpu(getattr(self, name), name)
             if value.shape != (*targets.shape[:1], *shape):
                 wanted = f"(N, {shape[0]})" if shape else "(N,)"
                 raise ValueError(f"{name} has shape {tuple(value.shape)}; {wanted} is needed")
@@ -128,7 +130,7 @@ def thesis_task(
     Rouvinen (1999), section 4, Figs. 4.2 and 4.4.
     """
     crane = given_crane(crane)
-    targets, masses = spatial.to_float64(points, "points"), spatial.to_float64(payloads, "payloads")
+    targets, masses = on_cpu(points, "points"), on_cpu(payloads, "payloads")
     for name, value, shape in (("points", targets, (-1, 2)), ("payloads", masses, (-1,))):
         if value.ndim != len(shape) or value.shape[1:] != shape[1:] or not len(value):
             wanted = "(n, 2)" if len(shape) == 2 else "(m,)"
@@ -236,10 +238,14 @@ def errors(task: Task, placement: Placement, sag: SagModel | None = None, end_st
 @checks.arguments(crane=checks.OrNone(checks.Instance(Crane)))
 def linear_sag(crane: Crane | None = None) -> SagModel:
     """Return a crane's deflection by linear statics as a function of strokes and payload."""
-    return lambda strokes, payload: deflection(strokes, payload, crane)
+    return functools.partial(deflection, crane=crane)
 
 
 @checks.arguments(crane=checks.OrNone(checks.Instance(Crane)))
 def corotational_sag(crane: Crane | None = None) -> SagModel:
     """Return a crane's co-rotational deflection as a function, which is NaN where it was not found."""
-    return lambda strokes, payload: corotational_deflection(strokes, payload, crane).deflection
+    return functools.partial(_corotational, crane=crane)
+
+
+def _corotational(strokes: Tensor, payload: Tensor, crane: Crane | None) -> Tensor:
+    return corotational_deflection(strokes, payload, crane).deflection

@@ -10,6 +10,7 @@ smallest/largest
 
 from __future__ import annotations
 
+from sympy import Expr
 from torch import Tensor
 
 from dexterity.indices.jacobians import ratio_of_extremes, singular_values
@@ -20,6 +21,10 @@ __all__ = ["MEASURE"]
 
 def _evaluate(J: Tensor, _: Situation) -> Tensor:
     return ratio_of_extremes(singular_values(J))
+
+
+def _combine(smallest: Expr, largest: Expr) -> Expr:
+    return smallest / largest
 
 
 MEASURE = Measure(
@@ -34,6 +39,6 @@ MEASURE = Measure(
     ),
     references=("Angeles & López-Cajún (1992)", "Sotiropoulos & Aspragathos (2016), Eq. 10"),
     evaluate=_evaluate,
-    recorded=Spectral(lambda smallest, largest: smallest / largest),
+    recorded=Spectral(_combine),
     bounds=(0.0, 1.0),
 )

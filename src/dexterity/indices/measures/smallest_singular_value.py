@@ -10,6 +10,7 @@ Examples
 
 from __future__ import annotations
 
+from sympy import Expr
 from torch import Tensor
 
 from dexterity.indices.jacobians import singular_values
@@ -20,6 +21,10 @@ __all__ = ["MEASURE"]
 
 def _evaluate(J: Tensor, _: Situation) -> Tensor:
     return singular_values(J)[..., -1]
+
+
+def _combine(smallest: Expr, largest: Expr) -> Expr:  # noqa: ARG001
+    return smallest
 
 
 MEASURE = Measure(
@@ -34,5 +39,5 @@ MEASURE = Measure(
     ),
     references=("Klein & Blaho (1987)",),
     evaluate=_evaluate,
-    recorded=Spectral(lambda smallest, largest: smallest),  # noqa: ARG005
+    recorded=Spectral(_combine),
 )
