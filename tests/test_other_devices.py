@@ -1,4 +1,4 @@
-"""Another device than the CPU, for which ``meta`` stands: an answer lies where its input is, or is refused."""
+"""Devices other than the CPU, for which ``meta`` stands: answers lie where inputs are, or errors say why."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_numbers_follow_the_tensor_beside_them(call):
             "q has no values here",
         ),
         (lambda: dx.crane.deflection(elsewhere(3), 100.0), TypeError, "strokes has no values here"),
-        (lambda: dx.sampling.Box([0.0], [1.0], elsewhere()), TypeError, "levels is"),
+        (lambda: dx.sampling.Box([0.0], [1.0], elsewhere(1)[0]), TypeError, "levels is"),
     ],
 )
 def test_what_needs_values_says_so_by_name(call, error, said):

@@ -397,9 +397,9 @@ def test_what_values_decide_about_is_refused_where_there_are_none():
         lambda T: dx.inverse_kinematics.spherical_wrist(dx.robots.puma560(), T)[0],
     ]
     for call in calls:
-        with pytest.raises(TypeError, match=r"^poses have no values here"):
+        with pytest.raises(TypeError, match=r"^T_\w+_tool has no values here"):
             torch.func.vmap(call)(T)
-        with pytest.raises(TypeError, match=r"^poses have no values here"):
+        with pytest.raises(TypeError, match=r"^T_\w+_tool has no values here"):
             call(T.to("meta"))
     # Derivatives leave the values as they are.
     slopes = torch.func.jacrev(calls[1])(T[0])

@@ -354,9 +354,9 @@ BAD = {
         replaced('<link name="l1"/>', f'<link name="l1">{INSIDE_OUT}</link>'),
         "link 'l1': inertial has the moment of inertia -2",
     ),
-    "tensor of no body": (
-        replaced('<link name="l1"/>', f'<link name="l1">{SHEARED}</link>'),
-        r"inertias.tensors\[0\] has the principal moment -5",
+    "a link between itself": (
+        replaced('<child link="l1"/>', '<child link="plinth"/>'),
+        "joint 'a' has the link 'plinth' as its parent and as its child",
     ),
 }
 
@@ -365,6 +365,32 @@ BAD = {
 def test_a_bad_urdf_is_refused_by_name(text, message):
     with pytest.raises(ValueError, match=message):
         dx.Chain.from_urdf(text)
+
+
+NO_BODY = """<link name="l1"><inertial><mass value="1"/>
+<inertia ixx="1" ixy="{}" ixz="0" iyy="1" iyz="0" izz="{}"/></inertial></link>"""
+
+
+@pytest.mark.parametrize(("ixy", "izz", "moments"), [(0, 3, "1, 1, 3"), (1.2, 2, "-0.2, 2, 2.2")])
+def test_a_link_whose_moments_no_body_has_is_named(ixy, izz, moments):
+    """Published robots have such links: iCub, Romeo, TIAGo, ANYmal, PR2, and move all the same."""
+    text = replaced('<link name="l1"/>', NO_BODY.format(ixy, izz))
+    with pytest.warns(UserWarning, match=f"link 'l1': inertial has the principal moments {moments} kg"):
+        dx.Chain.from_urdf(text)
+
+
+def test_a_link_that_spoils_the_mass_matrix_is_refused_and_named():
+    text = replaced('<link name="l1"/>', f'<link name="l1">{SHEARED}</link>')
+    with (
+        pytest.warns(UserWarning, match="link 'l1': inertial has the principal moments"),
+        pytest.raises(ValueError, match=r"inertias.tensors\[0\] has the principal moment -5"),
+    ):
+        dx.Chain.from_urdf(text)
+
+
+def test_a_rod_and_a_plate_are_bodies():
+    for izz in (0, 2):  # without a thickness, the largest moment is the sum of the others
+        dx.Chain.from_urdf(replaced('<link name="l1"/>', NO_BODY.format(0, izz)))
 
 
 def test_a_cycle_is_refused():

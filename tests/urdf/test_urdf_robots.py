@@ -29,7 +29,7 @@ FILES = {
 def read_chain(robot: urdf.Model, tip: str) -> dx.Chain | None:
     """Chain to a tip, or None where a coupled joint stands on the way."""
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*(has velocity 0|cannot move)", UserWarning)
+        warnings.filterwarnings("ignore", ".*(has velocity 0|cannot move|no body has them)", UserWarning)
         try:
             return dx.Chain.from_urdf(robot, tip=tip)
         except ValueError as error:

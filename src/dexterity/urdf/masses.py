@@ -12,6 +12,7 @@ Examples
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 from xml.etree.ElementTree import Element
@@ -25,6 +26,7 @@ __all__ = ["Body", "carried", "combined"]
 
 _ROUNDING = 1e-6  # of the largest moment: numbers are printed with few digits
 _NOTHING = 1e-12  # [kg m²]
+_DIGITS = 1e-2  # of the largest moment: what a description with three digits may miss
 
 Body: TypeAlias = tuple[float, Array, Array]
 """Mass [kg], centre of mass [m] and inertia about it [kg m²]."""
@@ -107,7 +109,21 @@ def _body(link: Element, name: str, T: Array, values: Values) -> Body:
         least, most = tensor.diagonal().min(), tensor.diagonal().max()
         if least < -max(_ROUNDING * most, _NOTHING):
             raise values.refuse(where, f"has the moment of inertia {least:g}; it must not be negative")
+        _warn_of_no_body(tensor, where, values)
     return mass, T[:3, 3], T[:3, :3] @ tensor @ T[:3, :3].T
+
+
+def _warn_of_no_body(tensor: Array, where: str, values: Values) -> None:
+    """Warn of principal moments that no body has. Published robots have such links, and move all the same."""
+    moments = np.linalg.eigvalsh(tensor)
+    beyond = max(moments[2] - moments[0] - moments[1], -moments[0])
+    if beyond > max(_DIGITS * np.abs(moments).max(), _NOTHING):
+        shown = ", ".join(f"{moment:.4g}" for moment in moments)
+        warnings.warn(
+            f"{values.file}: {where} has the principal moments {shown} kg m², and no body has them: none is "
+            "negative or larger than the sum of the other two. What depends on masses is wrong",
+            stacklevel=6,
+        )
 
 
 def combined(bodies: Iterable[Body]) -> Body:

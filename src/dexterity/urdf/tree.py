@@ -72,7 +72,7 @@ def joint(element: Element, values: Values) -> Joint:
     Raises
     ------
     ValueError
-        If one of them is missing.
+        If one of them is missing, or both links are one.
     """
     name = values.text(element, "name", "a joint")
     where = f"joint {name!r}"
@@ -82,6 +82,8 @@ def joint(element: Element, values: Values) -> Joint:
         if inside is None:
             raise values.refuse(where, f"has no {end}")
         ends.append(values.text(inside, "link", f"{where}: {end}"))
+    if ends[0] == ends[1]:
+        raise values.refuse(where, f"has the link {ends[0]!r} as its parent and as its child")
     return Joint(name, values.text(element, "type", where), ends[0], ends[1], element)
 
 
