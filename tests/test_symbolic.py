@@ -466,7 +466,7 @@ def test_joint_values_of_the_wrong_shape_are_refused(backend, shape):
 @pytest.mark.usefixtures("annotations_unchecked")
 @pytest.mark.parametrize("backend", ["numpy", "C", "", None])
 def test_an_unknown_backend_is_refused(backend):
-    with pytest.raises(ValueError, match=r"^backend is .*torch, inductor, c"):
+    with pytest.raises((TypeError, ValueError), match=r"^backend is .*torch, inductor, c"):
         symbolic.compile_index(PUMA, Index(W), backend)
 
 

@@ -102,7 +102,7 @@ class Bars:
         payload = require_payload(payload, self.crane)
         spatial.common_batch(payload=payload.shape, strokes=self.ends.shape[:-3])
         payload = payload[..., None, None, None]
-        if not isinstance(magnified, Tensor):
+        if not isinstance(magnified, Tensor) or magnified.is_meta:
             magnified = checks.real(magnified, "magnified")
         return self.ends + magnified * (self.own_weight + payload * self.per_kilogram)
 

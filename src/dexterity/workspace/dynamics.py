@@ -169,7 +169,7 @@ def asada_ratio(links: TensorLike, dynamics: DynamicParameters, q: TensorLike) -
 def ratio_at(placed: Frames, dynamics: DynamicParameters) -> Float64[Tensor, "*batch"]:
     """Asada's ratio of arms whose frames are placed already."""
     inertia = _cartesian_inertia(placed, dynamics)
-    if not inertia.isfinite().all():
+    if spatial.are_readable(inertia) and not inertia.isfinite().all():
         raise ValueError("links or dynamics hold numbers so large that an inertia is infinite")
     principal = torch.linalg.eigvalsh(inertia)
     largest = principal[..., 2]
