@@ -74,7 +74,8 @@ def compile_index(
     backend
         ``"torch"``: needs nothing else and runs on every device. ``"inductor"``: the same through
         ``torch.compile``, which needs a C++ compiler. ``"c"``: on the CPU, fastest for one configuration
-        and for many; needs a C compiler, and is compiled once for each chain, index and processor.
+        and for many; needs a C compiler, and is compiled once for each chain, index and processor: in
+        seconds, but in more than a minute for the guaranteed speed of seven joints over six rows.
     threads
         Number of threads that share the configurations of a call, for ``"c"``. The others use those of torch:
         see ``torch.set_num_threads``.

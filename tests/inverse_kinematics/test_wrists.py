@@ -293,3 +293,22 @@ def test_a_pose_must_be_rigid():
         spherical_wrist(ARMS["stated"], 2 * torch.eye(4, dtype=torch.float64))
     with pytest.raises(ValueError, match="T_base_tool is not finite"):
         spherical_wrist(ARMS["stated"], torch.full((4, 4), math.nan))
+
+
+@pytest.mark.parametrize("robot", ["puma560", "docking_arm", "ur5e"])
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.03, 1e3])
+def test_small_and_large_arms_keep_all_branches(rng, robot, size):
+    """Tolerances of lengths are in metres: an arm of a millimetre lost six of eight branches."""
+    arm = dx.robots.load(robot)
+    scale = torch.tensor([size] * 3 + [1.0] * 3, dtype=torch.float64)
+    T = arm.forward(rng.uniform(-2, 2, (20, 6)))
+    home, scaled = arm.home.clone(), T.clone()
+    home[:3, 3] *= size
+    scaled[:, :3, 3] *= size
+    found = dx.inverse_kinematics.solve(dx.Chain(arm.screws * scale, home), scaled)
+    expected = dx.inverse_kinematics.solve(dx.Chain(arm.screws, arm.home), T)
+    assert torch.equal(found.valid.sum(-1), expected.valid.sum(-1))
+    assert bool(found.reached.all())
+    assert found.method == expected.method
+    away = (found.chain.forward(found.q) - scaled[:, None])[..., :3, 3].norm(dim=-1)
+    assert float(away[found.valid].max()) < 1e-8 * size

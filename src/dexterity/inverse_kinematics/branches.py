@@ -32,6 +32,7 @@ from dexterity import checks, spatial
 from dexterity.chain import Chain
 from dexterity.inverse_kinematics.refinement import polished
 from dexterity.spatial import TensorLike
+from dexterity.spatial.poses import assemble
 from dexterity.spatial.values import require_values
 
 __all__ = ["Form", "Geometry", "reversed_arm"]
@@ -91,8 +92,11 @@ class Form:
         ValueError
             If the arm does not meet the conditions.
         """
-        geometry, seen, end = _measured(self, arm, T.device)
-        targets = T.reshape(-1, 4, 4) if end == "base" else spatial.inverse(T.reshape(-1, 4, 4))
+        geometry, seen, end, enlarged = _measured(self, arm, T.device)
+        targets = T.reshape(-1, 4, 4)
+        if enlarged != 1:
+            targets = assemble(targets[:, :3, :3], enlarged * targets[:, :3, 3])
+        targets = targets if end == "base" else spatial.inverse(targets)
         from_home = spatial.inverse(seen.home).to(T.device)
         pieces = [
             polished(seen, geometry.branches(some @ from_home), some[:, None], geometry.size, geometry.miss)
@@ -116,18 +120,40 @@ class Form:
 
 
 @functools.lru_cache(maxsize=64)
-def _measured(form: Form, arm: Chain, device: torch.device) -> tuple[Geometry, Chain, str]:
-    """Geometry of an arm on a device, the arm as it is seen from an end, and the end."""
+def _measured(form: Form, arm: Chain, device: torch.device) -> tuple[Geometry, Chain, str, float]:
+    """Geometry of an arm on a device, the arm as it is seen from an end, the end, and its enlargement."""
     # Cached tensors must serve callers that differentiate, whatever the mode of the first one.
     with torch.inference_mode(False), device:
         reasons = []
+        enlarged = _enlargement(arm)
+        arm = arm if enlarged == 1 else _times(arm, enlarged)
         for end in form.ends:
             seen = arm if end == "base" else reversed_arm(arm)
             try:
-                return form.measured(seen, device), seen, end
+                return form.measured(seen, device), seen, end, enlarged
             except ValueError as error:
                 reasons.append(f"{error}" if end == "base" else f"seen from its tool, {error}")
         raise ValueError(reasons[0])
+
+
+def _enlargement(arm: Chain) -> float:
+    """Factor that makes a small arm one metre long; 1 for other arms.
+
+    Tolerances of lengths are in metres: an arm of a millimetre would meet every condition.
+    """
+    length = float(arm.link_transforms[:, :3, 3].norm(dim=-1).sum())
+    return 1 / length if 0 < length < _SMALL and set(arm.kinds) == {"revolute"} else 1.0
+
+
+_SMALL = 0.1  # [m]
+
+
+def _times(arm: Chain, factor: float) -> Chain:
+    """Return an arm of revolute joints with all lengths multiplied."""
+    with torch.device("cpu"):
+        scale = torch.tensor([factor] * 3 + [1.0] * 3, dtype=torch.float64)
+        home = assemble(arm.home[:3, :3], factor * arm.home[:3, 3])
+        return Chain(arm.screws * scale, home, name=arm.name)
 
 
 def reversed_arm(arm: Chain) -> Chain:
