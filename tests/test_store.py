@@ -316,3 +316,8 @@ def test_a_list_of_checksums_that_is_none_is_refused(tmp_path, listed):
     (tmp_path / "x.sha256").write_bytes(listed)
     with pytest.raises(ValueError, match="is no list of checksums"):
         store.read_set(tmp_path, "x.sha256")
+
+
+def test_a_file_does_not_take_the_place_of_a_folder(tmp_path):
+    with pytest.raises(IsADirectoryError, match=f"^{tmp_path} is a folder; a file was to take its place"):
+        write_atomically(tmp_path, "text")

@@ -146,6 +146,8 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> None
     """
     if not isinstance(content, str | bytes):
         raise TypeError(f"content is {type(content).__name__}; write_atomically writes str or bytes")
+    if Path(path).is_dir():
+        raise IsADirectoryError(f"{os.fspath(path)} is a folder; a file was to take its place")
     with _written({Path(path): content.encode() if isinstance(content, str) else content}) as temporaries:
         for target, temporary in temporaries.items():
             temporary.replace(target)

@@ -152,6 +152,8 @@ def test_a_compiled_network_takes_what_a_network_takes(batch_shape, dtype):
     assert_allclose(f(q), network(q).detach(), rtol=1e-12)
     strided = torch.stack([q, q], dim=-1)[..., 0]
     assert_allclose(f(strided), network(q).detach(), rtol=1e-12)
+    # Its memory holds the negatives, which were answered for in silence.
+    assert_allclose(f(torch._neg_view(-q)), network(q).detach(), rtol=1e-12)
     assert_allclose(f(q.tolist() if batch_shape == (1,) else q.numpy()), network(q).detach(), rtol=1e-12)
 
 

@@ -199,3 +199,12 @@ def test_a_rotation_is_taken_as_that_of_a_pose():
     for wrong, why in ((-R, "reflection"), (1.1 * R, "orthonormality"), (R[0, 0], r"\(\.\.\., 3, 3\)")):
         with pytest.raises(ValueError, match=f"^R .*{why}"):
             spatial.require_rotation(wrong, "R")
+
+
+def test_the_memory_of_what_is_read_holds_its_values():
+    """The imaginary part of a conjugate is a view of its negatives, which compiled code would read."""
+    given = torch.complex(torch.ones(2, dtype=torch.float64), -torch.ones(2, dtype=torch.float64)).conj().imag
+    assert given.is_neg()
+    assert not spatial.to_float64(given, "x").is_neg()
+    assert spatial.to_float64(given, "x").tolist() == [1, 1]
+    assert not spatial.to_float64(torch._neg_view(torch.ones(2)), "x").is_neg()
