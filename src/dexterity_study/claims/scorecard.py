@@ -17,7 +17,7 @@ SHOWN_ASSUMPTIONS = 3
 """Assumptions of a chapter that are not folded."""
 
 _SET_BY = {"declared": "declared", "known": "known results", "fitted": "fitted"}
-_PAGES = {"workspace.baselines": "workspace/estimation"}
+_PAGES = {"workspace.baselines": "workspace/estimation", "workspace.control": "workspace/timing"}
 """Pages of the chapters that share one."""
 
 

@@ -20,12 +20,10 @@ def evidence() -> Evidence:
 
 
 def outcomes(evidence: Evidence, **changes: dict[str, float]) -> dict[str, Outcome]:
-    """Return outcomes with other maps, and another loop of the first network."""
+    """Return outcomes with other maps."""
     rows = evidence["learned"].rows.copy()
     for network, values in changes.items():
         where = rows["network"].eq(network) & rows["case"].isin((study.ALIGNED, study.RANDOM))
-        if network == "loop":
-            where = rows["network"].eq("rotation") & rows["case"].eq(study.FEEDBACK)
         rows.loc[where, list(values)] = list(values.values())
     tables = {name: evidence[name] for name in evidence}
     tables["learned"] = Table(rows, tables["learned"].keys, tables["learned"].arrays)
@@ -50,23 +48,6 @@ def test_maps_vary_slightly_as_the_ledger_has_it(evidence, rotation, plane, work
     assert found["puma-maps-alike"] is Outcome.NOT_RUN
     assert found["workspace-from-jacobian"] is workspace
     assert found["manipulability-from-estimate"] is manipulability
-
-
-@pytest.mark.parametrize(
-    ("off", "ended", "outcome"),
-    [
-        (0.9e-3, "on time", Outcome.REPRODUCED),
-        (5e-3, "on time", Outcome.IN_SHAPE),
-        (2e-2, "on time", Outcome.NOT_REPRODUCED),
-        (0.9e-3, "after 1 s a joint would turn at 11 rad/s", Outcome.NOT_REPRODUCED),
-    ],
-)
-def test_the_loop_is_judged_by_how_far_off_the_circle_it_gets(evidence, off, ended, outcome):
-    loop = {"largest": off, "ended": ended}
-    assert outcomes(evidence, loop=loop)["rate-control-through-the-pose"] is outcome
-    useful = outcomes(evidence, loop=loop, rotation=WEAK)["jacobian-is-useful"]
-    assert (useful is Outcome.NOT_REPRODUCED) == (outcome is Outcome.NOT_REPRODUCED)
-    assert useful is not Outcome.REPRODUCED
 
 
 def test_without_limits_or_tool_the_notions_are_one(evidence):
@@ -102,6 +83,21 @@ def test_agreement_is_intersection_over_union():
     assert (found["reached"], found["unreached"], found["right"]) == (0.5, pytest.approx(2 / 3), 0.75)
     assert found["median_error"] == found["largest_error"] == pytest.approx(0.5)
     assert study.agreement(Map(~exact.reached, exact.manipulability), exact)["median_error"] == np.inf
+
+
+def test_the_border_error_is_the_wrong_volume_over_the_area_of_the_cylinder(monkeypatch):
+    assert show.border_error(1.0) == 0
+    # Everything in reach: the volume of the cylinder over its area is half its radius.
+    d3, side = study.LINKS[0], 2 * maps.TRAINED_HALF_SIDE
+    assert show.border_error(1 - np.pi * d3**2 / side**2) == pytest.approx(d3 / 2)
+    monkeypatch.setattr(study, "LINKS", (0.15, 0.2, 0.2, 0.0203))
+    with pytest.raises(ValueError, match="cuts more than the cylinder"):
+        show.border_error(0.9)
+
+
+def test_the_trivial_answer_stands_above_the_networks(evidence):
+    html = show.agreement(evidence, evidence["learned"]).html
+    assert html.index("everything in reach") < html.index("rotation matrix")
 
 
 def test_scenes_show_what_they_say(evidence):

@@ -8,6 +8,7 @@ is judged on these logs, on the training loss that the text speaks of.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,9 @@ from dexterity_study.engine.table import Table
 from dexterity_study.workspace.estimation import experiment as ways
 from dexterity_study.workspace.estimation import logs
 
-ACCEPTABLE = float(Reading.chosen("liao2018")["steadiness"])
+READING: Mapping[str, Any] = Reading.chosen("liao2018")
+
+ACCEPTABLE: float = READING["steadiness"]
 """Share of the best constant's loss below which a loss is acceptable."""
 
 SMALLER = (
@@ -156,7 +159,7 @@ def _on_optimisers(on: Judge) -> Iterator[Verdict]:
     )
     note = "The logs are known at some epochs only, which do not show all rises."
     yield on.not_run("rmsprop-steadiest-in-estimation", note)
-    names = ("Adam", "Nadam", "RMSprop")
+    names: tuple[str, ...] = ("Adam", "Nadam", "RMSprop")
     unsteady = {name: rises[name] > 1 for name in names}
     note = (
         "Logged: unsteady where the training loss rises by more than it falls in all. "

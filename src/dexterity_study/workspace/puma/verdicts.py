@@ -1,4 +1,4 @@
-"""Verdicts on the maps of the PUMA 560 and on the control loop of paper C."""
+"""Verdicts on the maps of the PUMA 560 of paper C."""
 
 from __future__ import annotations
 
@@ -11,12 +11,9 @@ from dexterity_study.claims.judge import Judge
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.readings import Reading
-from dexterity_study.workspace.puma.experiment import ALIGNED, FEEDBACK, FINE, NOTIONS, RANDOM
+from dexterity_study.workspace.puma.experiment import ALIGNED, NOTIONS, RANDOM
 
 READING: Mapping[str, Any] = Reading.chosen("liao2018")
-
-OFF = {"a hundredth": 0.01, "a tenth": 0.1}
-"""Largest distances from the circle, in shares of its radius, with which a loop works."""
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
@@ -24,7 +21,6 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     on = Judge("liao2018")
     yield from _on_notions(on, evidence["notions"].where().set_index("arm"))
     yield from _on_maps(on, evidence)
-    yield from _on_control(on, evidence)
 
 
 def acceptance(evidence: Evidence) -> Iterator[Acceptance]:  # noqa: ARG001
@@ -79,34 +75,3 @@ def _on_maps(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     yield on("workspace-from-jacobian", fits.to_dict(), note, ours=overlap)
     note = "Median error of w of two networks of ours, in shares of its largest value."
     yield on("manipulability-from-estimate", precise.to_dict(), note, ours=error)
-
-
-def _on_control(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
-    radius = READING["rate-control-path"][0]
-    runs = evidence["learned"].where(case=FEEDBACK).set_index("network")
-    ours = ", ".join(f"{name}: {1e3 * largest:.2g} mm" for name, largest in runs["largest"].items())
-    ended, largest = runs.loc["rotation", ["ended", "largest"]]
-    in_loop = {
-        f"in the loop, to {name} of the radius": bool(ended == "on time" and largest <= share * radius)
-        for name, share in OFF.items()
-    }
-    precise = bool(worst_of_maps(evidence)["error"]["rotation"] <= READING["varies-slightly"][1])
-    note = f"With the network of rotation matrices; largest distances from the circle are {ours}."
-    yield on("jacobian-is-useful", in_loop | {"for manipulability": precise}, note)
-    note = (
-        "Largest distance from the circle. Feedback holds the network's errors; but forward kinematics, which closes the "
-        "loop, is all that the exact Jacobian needs."
-    )
-    yield on("rate-control-through-the-pose", in_loop, note, ours=ours)
-    loops = evidence["loops"]
-    largest, fine = (loops.values("largest", case=case) for case in (FEEDBACK, FINE))
-    holds = (loops.values("ended", case=FEEDBACK) == "on time") & (largest <= OFF["a hundredth"] * radius)
-    note = (
-        "Largest distance with the exact Jacobian, within a hundredth of the radius. It is the error of Euler's "
-        f"steps: steps of fourth order, ten times as long, leave {1e3 * fine['chosen'].max():.1g} mm."
-    )
-    yield on("rate-control-scheme", holds, note, ours=f"{1e3 * largest['chosen'].max():.2g} mm")
-    yield on.not_run(
-        "rate-control-by-angles",
-        "No such network is made, here or in the paper. With the angles at hand the Jacobian is a product of known frames.",
-    )
