@@ -16,6 +16,7 @@ from scipy.stats import kendalltau
 from torch import Tensor
 
 from dexterity import indices, robots
+from dexterity.chain import Chain
 from dexterity.indices import Index
 from dexterity_study.engine.experiment import experiment
 from dexterity_study.engine.table import Row
@@ -85,26 +86,18 @@ def rankings(seed: int, configurations: int = 2000) -> Iterator[Row]:
     """Kendall's τ between two rankings of the same configurations."""
     chain = robots.uvms()
     q, _ = draws(chain, seed, configurations)
-    J, Jg = chain.spatial_jacobian(q), chain.geometric_jacobian(q)
-    w, kci, about_tool = (
-        indices.manipulability(J),
-        indices.kinematic_conditioning(J),
-        indices.kinematic_conditioning(Jg),
-    )
-    speeds = indices.velocity_ellipsoid(Jg, "translational").semi_axes
-    accuracy = -indices.velocity_ellipsoid(Jg).semi_axes[:, 0]
-    in_decimetres = indices.kinematic_conditioning(indices.normalise(J, ONES * 2, DECIMETRES))
+    near_home, _ = draws(chain, seed, configurations, range_deg=15.0)
+    J = chain.spatial_jacobian(q)
+    in_decimetres = indices.normalise(J, ONES * 2, DECIMETRES)
+    slow = indices.normalise(J, SLOW_VEHICLE, ONES)
+    w, kci = indices.manipulability(J), indices.kinematic_conditioning(J)
     pairs = {
-        "KCI, spatial against geometric frame": (kci, about_tool),
-        "KCI, tool rates of 1 m/s against 0.1 m/s": (kci, in_decimetres),
-        "w, unit joint limits against a slow vehicle": (
-            w,
-            indices.manipulability(indices.normalise(J, SLOW_VEHICLE, ONES)),
-        ),
-        "w against the largest speed of the tool point": (w, speeds[:, 0]),
-        "w against the smallest speed of the tool point": (w, speeds[:, -1]),
-        "spatial KCI against accuracy of the tool": (kci, accuracy),
-        "geometric KCI against accuracy of the tool": (about_tool, accuracy),
+        "KCI, tool rates of 1 m/s against 0.1 m/s": (kci, indices.kinematic_conditioning(in_decimetres)),
+        "w, unit joint limits against a slow vehicle": (w, indices.manipulability(slow)),
+        **_indices_against_the_tool(chain, q),
+        **{
+            f"{pair}, near home": both for pair, both in _indices_against_the_tool(chain, near_home).items()
+        },
     }
     yield from rank_correlations(pairs)
 
@@ -156,6 +149,22 @@ def rank_correlations(pairs: Mapping[str, tuple[Tensor, Tensor]]) -> Iterator[Ro
     """Yield Kendall's τ of two rankings of the same candidates, each by values (m,)."""
     for pair, (first, second) in pairs.items():
         yield {"pair": pair, "tau": kendalltau(first.numpy(), second.numpy()).statistic}
+
+
+def _indices_against_the_tool(chain: Chain, q: Tensor) -> Mapping[str, tuple[Tensor, Tensor]]:
+    """Return each index and what it is said to grade, at configurations (m, n)."""
+    J, Jg = chain.spatial_jacobian(q), chain.geometric_jacobian(q)
+    w, kci = indices.manipulability(J), indices.kinematic_conditioning(J)
+    about_tool = indices.kinematic_conditioning(Jg)
+    speeds = indices.velocity_ellipsoid(Jg, "translational").semi_axes
+    accuracy = -indices.velocity_ellipsoid(Jg).semi_axes[:, 0]
+    return {
+        "KCI, spatial against geometric frame": (kci, about_tool),
+        "w against the largest speed of the tool point": (w, speeds[:, 0]),
+        "w against the smallest speed of the tool point": (w, speeds[:, -1]),
+        "spatial KCI against accuracy of the tool": (kci, accuracy),
+        "geometric KCI against accuracy of the tool": (about_tool, accuracy),
+    }
 
 
 def _spread(ratio: Tensor) -> float:

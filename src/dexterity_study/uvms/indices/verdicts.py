@@ -10,7 +10,8 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.uvms.kinematics.verdicts import BASE, LAST, by_joint
 
 RANDOM = "configurations-compared=random"
-"""The reading in which random configurations are compared, and not those that hold the tool in one pose."""
+NEAR_HOME = "configurations-compared=near-home"
+"""Readings in which random configurations are compared, and not those that hold the tool in one pose."""
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
@@ -30,16 +31,21 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     yield on("w-root-determinant", determinant, note)
     left = evidence["motions"].where(motion="UVMS, pitch")["speed_left"]
     yield on("zero-w-loses-directions", left, "Speed left along the direction that the whole UVMS loses.")
-    fastest, slowest = (
-        taus[f"w against the {size} speed of the tool point"] for size in ("largest", "smallest")
+    fastest, slowest, near_home = (
+        taus[f"w against the {speed}"]
+        for speed in (
+            "largest speed of the tool point",
+            "smallest speed of the tool point",
+            "largest speed of the tool point, near home",
+        )
     )
     at_rest = Evidence("uvms.tasks")["agreement"].by_seed("tau", over="pair")
     yield on(
         "w-means-speed",
-        by_reading({"chosen": at_rest["w, largest speed"], RANDOM: fastest}),
-        f"Kendall's τ of w with the largest speed of the tool point is {fastest.median():.2f} among random configurations and "
-        f"{at_rest['w, largest speed'].median():.2f} among those that hold the tool where it is; with the smallest speed it is "
-        f"{slowest.median():.2f} among random ones. w is the volume of an ellipsoid and not its longest axis.",
+        by_reading({"chosen": at_rest["w, largest speed"], RANDOM: fastest, NEAR_HOME: near_home}),
+        f"Kendall's τ of w with the largest speed of the tool point is {at_rest['w, largest speed'].median():.2f} among "
+        f"configurations that hold the tool where it is. It is {fastest.median():.2f} among random ones within ±60°, and "
+        f"{near_home.median():.2f} within ±15°; with the smallest speed it is {slowest.median():.2f} within ±60°. w is the volume of an ellipsoid and not its longest axis.",
         form="{:.2f}",
     )
     outside = f"{formulas.where()['outside'].max():.0e}"
@@ -65,6 +71,8 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
         geometric: at_rest["geometric KCI, accuracy"],
         RANDOM: taus["spatial KCI against accuracy of the tool"],
         f"{RANDOM}+{geometric}": taus["geometric KCI against accuracy of the tool"],
+        NEAR_HOME: taus["spatial KCI against accuracy of the tool, near home"],
+        f"{NEAR_HOME}+{geometric}": taus["geometric KCI against accuracy of the tool, near home"],
     }
     sets = Evidence("uvms.tasks")["candidate_sets"]
     about = {

@@ -15,6 +15,7 @@ from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.numbers import with_range
 from dexterity_study.uvms.feed_forward.experiment import INDICES, LIMIT
 from dexterity_study.uvms.radial_basis.experiment import LEVELS
+from dexterity_study.uvms.reconstruction.experiment import PRINTED
 from dexterity_study.uvms.unprinted import design_values, ends_of_growth, in_design
 
 
@@ -147,7 +148,13 @@ def _on_spreads(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     note = "Smallest spread, of those tried, at which some network is below five per cent."
     yield on("near-misses-start-at-spread", starts, note, form="{:g}")
     wide = kci[kci["spread"] > on.printed("near-misses-start-at-spread")].groupby("seed")["smallest"].min()
-    yield on("near-misses-error", wide, "Smallest testing error at spreads above 1.5.", form="{:.1%}")
+    yield on(
+        "near-misses-error",
+        wide,
+        f"Smallest testing error at spreads above 1.5. In the design: {PRINTED['KCI'][1]} neurons at the printed spread.",
+        form="{:.1%}",
+        design=in_design(on, "near-misses-error", design_values("KCI_rb_printed_error")),
+    )
     errors = evidence["lifted_limit"].where().set_index("neurons")["testing_error"]
     yield on(
         "neuron-limit-blocks-near-misses",

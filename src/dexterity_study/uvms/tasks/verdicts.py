@@ -10,7 +10,7 @@ from dexterity_study.claims.judge import WEAK, Judge, by_reading
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.engine.table import Table
-from dexterity_study.uvms.indices.verdicts import RANDOM
+from dexterity_study.uvms.indices.verdicts import NEAR_HOME, RANDOM
 
 JUDGEMENTS = (
     "cutting-and-cleaning-need-force",
@@ -90,14 +90,15 @@ def _worse_of_both(taus: Mapping[str, pd.DataFrame], sets: Table, indices: Evide
     }
     geometric = taus["chosen"][["w, largest speed", "geometric KCI, accuracy"]].min(axis=1)
     random = indices["rankings"].by_seed("tau", over="pair")
-    speed = "w against the largest speed of the tool point"
+    speed, accuracy = "w against the largest speed of the tool point", "spatial KCI against accuracy of the tool"
     moved = {name: _about(sets, name) for name in sets.readings if name != "chosen"}
     free = taus["chosen"]["w, largest speed"]
     return {
         **held,
         **{name: kci.combine(free.reindex(kci.index), min) for name, kci in moved.items()},
         "which-jacobian=geometric": geometric,
-        RANDOM: random[[speed, "spatial KCI against accuracy of the tool"]].min(axis=1),
+        RANDOM: random[[speed, accuracy]].min(axis=1),
+        NEAR_HOME: random[[f"{speed}, near home", f"{accuracy}, near home"]].min(axis=1),
     }
 
 
