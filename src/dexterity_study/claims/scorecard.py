@@ -13,9 +13,6 @@ from dexterity_study.engine.evidence import Evidence, chapters
 from dexterity_study.engine.readings import Assumption
 from dexterity_study.page.markup import Cell, Markup, element, folded, inline, table
 
-SHOWN_ASSUMPTIONS = 3
-"""Assumptions of a chapter that are not folded."""
-
 _SET_BY = {"declared": "declared", "known": "known results", "fitted": "fitted"}
 _PAGES = {"workspace.baselines": "workspace/estimation", "workspace.control": "workspace/timing"}
 """Pages of the chapters that share one."""
@@ -133,7 +130,7 @@ def claim_table(
 def assumption_table(*names: str) -> Markup:
     """Set the assumptions that the papers force on a reader, those that change verdicts first; of all chapters if none is named.
 
-    Of a chapter only the first few are not folded, and only its verdicts are counted: a page depends on its
+    Those of named chapters are folded, and only the verdicts of these chapters are counted: a page depends on its
     evidence alone.
     """
     verdicts = [one for name in names for one in chapter_verdicts(name)] if names else all_verdicts()
@@ -146,13 +143,10 @@ def assumption_table(*names: str) -> Markup:
         own = [one for one in paper.assumptions if not names or one.chapter in names]
         own.sort(key=lambda one: -flips[one.id])
         rows = {f"assumption-{one.id}": _assumption_cells(paper, one, flips[one.id]) for one in own}
-        first = dict(list(rows.items())[: SHOWN_ASSUMPTIONS if names else None])
-        rest = {name: cells for name, cells in rows.items() if name not in first}
-        if first:
-            parts.append(table(f"Paper {paper.letter}: what had to be assumed", columns, first))
-        if rest:
-            caption = f"Paper {paper.letter}: {_count(len(rest), 'further assumption')}"
-            parts.append(folded(caption, table(caption, columns, rest)))
+        if rows:
+            caption = f"Paper {paper.letter}: what had to be assumed"
+            whole = table(caption, columns, rows)
+            parts.append(folded(f"{caption} ({len(rows)})", whole) if names else whole)
     return Markup("\n".join(parts))
 
 

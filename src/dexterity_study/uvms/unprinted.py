@@ -84,3 +84,16 @@ def ends_of_growth(index: str, metric: str = "neurons", rows: pd.DataFrame | Non
         ended = (rows["first_spread"] == first) & (rows[f"{index}_rb_neurons_from_{first:g}"] > 0)
         found = found.mask(ended, rows.get(f"{index}_rb_{metric}_from_{first:g}"))
     return found
+
+
+def whole_loops(index: str, kind: str) -> pd.DataFrame:
+    """Return the last step of each loop of the chosen reading that went to its end or to the printed limit, by seed.
+
+    Parameters
+    ----------
+    index
+        "w" or "KCI".
+    kind
+        "feed-forward" or "radial basis".
+    """
+    return _stored()["loops"].where(index=index, case="chosen", kind=kind).groupby("seed").last()

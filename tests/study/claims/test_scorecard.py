@@ -101,3 +101,9 @@ def test_a_threshold_is_shown_with_its_digits_and_its_unit():
         number, _, unit = row[1].partition(" ")
         assert float(number) == claim.near.within
         assert unit == ("" if claim.unit == "1" else claim.unit)
+
+
+def test_the_assumptions_of_a_chapter_are_folded_and_those_of_the_book_are_not():
+    chapter, book = scorecard.assumption_table("uvms.cost").html, scorecard.assumption_table().html
+    assert re.fullmatch(r"<details.*</details>", chapter, flags=re.S)
+    assert "<details" not in book

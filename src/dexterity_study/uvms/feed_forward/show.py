@@ -161,7 +161,7 @@ def goals(sets: Mapping[str, DesignProblem]) -> str:
 
 
 def loops(stored: Evidence) -> Markup:
-    """Set where the printed loop ends, and what the networks that it returns are worth."""
+    """Set where the loop of this chapter ends or is cut, and what the networks that it returns are worth."""
     rows = pd.concat([ends(stored, index).assign(index=_head(index)) for index in GOALS]).reset_index()
     names = {"chosen": _RULES["factor"], "damping-rule=gain-ratio": _RULES["gain_ratio"]}
     rows = rows.assign(rule=rows["reading"].map(names))

@@ -14,7 +14,7 @@ from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page.numbers import with_range
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LIMIT, TRAINED_ON
-from dexterity_study.uvms.unprinted import design_values, ends_of_loops, in_design
+from dexterity_study.uvms.unprinted import design_values, ends_of_loops, in_design, whole_loops
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
@@ -57,8 +57,10 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     loops = {index: ends(evidence, index) for index in GOALS}
     needed = {index: end["neurons"].where(end["passes"], np.inf) for index, end in loops.items()}
-    w, kci = (end.xs("chosen") for end in loops.values())
-    at_smallest = pd.concat([_ends_at_the_smallest(own, "reading") for own in needed.values()])
+    w, kci = loops["w"].xs("chosen"), whole_loops("KCI", "feed-forward")
+    # The loops of this chapter are cut for KCI; those of the chapter on readings go to the printed limit.
+    whole = {"w": needed["w"], "KCI": by_reading({"chosen": kci["neurons"].where(kci["passes"], np.inf)})}
+    at_smallest = pd.concat([_ends_at_the_smallest(own, "reading") for own in whole.values()])
     in_readings = [_ends_at_the_smallest(ends_of_loops(index), "number") for index in GOALS]
     yield on(
         "feed-forward-design-loop",
@@ -72,10 +74,13 @@ def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     for index, end in (("w", w), ("KCI", kci)):
         name, trained = f"feed-forward-{index.lower()}", networks(evidence, index, TRAINED_ON)
         note = f"{end['passes'].sum()} of {len(end)} loops end with a network that passes."
-        given_up = "" if end["passes"].any() else f"more than {end['neurons'].min()} neurons"
-        design = in_design(on, f"{name}-neurons", ends_of_loops(index))
         yield on(
-            f"{name}-neurons", needed[index], note, form="{:g}", unit="neurons", ours=given_up, design=design
+            f"{name}-neurons",
+            whole[index],
+            note,
+            unit="neurons",
+            ours=_neurons(end),
+            design=in_design(on, f"{name}-neurons", ends_of_loops(index)),
         )
         yield on(
             f"{name}-error",
@@ -86,13 +91,22 @@ def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
             design=in_design(on, f"{name}-error", design_values(f"{index}_ff_printed_error")),
         )
     more = {name: needed["KCI"][name] > needed["w"][name] for name in needed["w"].index.unique("reading")}
+    cut = loops["KCI"]
     yield on(
         "kci-needs-more-neurons",
         by_reading(more),
-        f"{kci['passes'].sum()} of {len(kci)} loops for KCI end, and {w['passes'].sum()} of {len(w)} for w. A loop that does "
-        f"not end with {kci['neurons'].min()} neurons needs more than those, and so more than a loop for w that ends.",
+        f"Loops that were cut at {cut['neurons'].max()} neurons; {cut['passes'].sum()} of {len(cut)} had ended by then. All loops "
+        f"for w had, with {with_range(loops['w']['neurons'], '{:g}')} neurons.",
         design=in_design(on, "kci-needs-more-neurons", ends_of_loops("KCI") > ends_of_loops("w")),
     )
+
+
+def _neurons(end: pd.DataFrame) -> str:
+    """Return the neurons at which loops end, and how many go to the limit and find nothing."""
+    passed, failed = end["neurons"][end["passes"]], end["neurons"][~end["passes"]]
+    parts = [with_range(passed, "{:g}")] if len(passed) else []
+    parts += [f"none up to {failed.max():g} in {len(failed)} of {len(end)}"] if len(failed) else []
+    return "; ".join(parts) + " neurons" * (len(failed) == 0)
 
 
 def _on_sizes(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
