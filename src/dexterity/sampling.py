@@ -8,7 +8,7 @@ was learned on it.
 References
 ----------
 Sotiropoulos & Aspragathos (2016), sections 3.1 and 4.2; its assumptions on sampling in
-``data/papers/sotiropoulos2016.toml``.
+``data/papers/sotiropoulos2016/assumptions.toml``.
 
 Examples
 --------

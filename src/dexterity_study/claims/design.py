@@ -80,7 +80,7 @@ class DesignShare:
 
     def __str__(self) -> str:
         text = f"Holds in {self.count} of {self.readings} readings of the design ({self.share:.0%})"
-        by = "" if self.factors is None else self.turns_on(self.factors)
+        by = "" if self.factors is None else self.turns_on()
         return f"{text}. It turns on {by}" if by else text
 
     @property
@@ -98,22 +98,21 @@ class DesignShare:
         """Share of the readings in which the claim holds."""
         return self.count / self.readings
 
-    def by_factor(self, factors: pd.DataFrame) -> pd.DataFrame:
-        """Compare the readings by what was varied.
-
-        Parameters
-        ----------
-        factors
-            What each reading has of each factor: a row for each reading, a column for each factor. Numbers with
-            many values are cut in two at their median.
+    def by_factor(self) -> pd.DataFrame:
+        """Compare the readings by what was varied; numbers with many values are cut in two at their median.
 
         Returns
         -------
         Rows by factor and level, factors that matter most first: the share in which the claim holds, the number of
         readings, and the chance of such differences if the factor did not matter.
+
+        Raises
+        ------
+        ValueError
+            If it is not said what the readings have of the factors.
         """
         rows = []
-        for name, own in factors.loc[self.holds.index].items():
+        for name, own in self._varied.loc[self.holds.index].items():
             level = levels(own)
             table = pd.crosstab(level, self.holds)
             chance = chi2_contingency(table).pvalue if min(table.shape) > 1 else 1.0
@@ -130,10 +129,10 @@ class DesignShare:
         frame = pd.DataFrame(rows).sort_values("chance", kind="stable")
         return frame.set_index(["factor", "level"])
 
-    def turns_on(self, factors: pd.DataFrame) -> str:
+    def turns_on(self) -> str:
         """Return in words the one or two factors that matter most, of those beyond chance; empty if there is none."""
-        compared = self.by_factor(factors)
-        limit = CHANCE / factors.shape[1]
+        compared = self.by_factor()
+        limit = CHANCE / self._varied.shape[1]
         parts = []
         for name, own in compared[compared["chance"] < limit].groupby(level="factor", sort=False):
             shares = own["share"].droplevel("factor").items()
@@ -141,6 +140,12 @@ class DesignShare:
                 f"{str(name).replace('_', ' ')} ({', '.join(f'{level}: {share:.0%}' for level, share in shares)})"
             )
         return " and ".join(parts[:_NAMED])
+
+    @property
+    def _varied(self) -> pd.DataFrame:
+        if self.factors is None:
+            raise ValueError("it is not said what the readings have of the factors that were varied")
+        return self.factors
 
 
 def levels(values: pd.Series) -> pd.Series:

@@ -99,12 +99,14 @@ def test_claims_that_hold_at_once_are_counted_reading_by_reading():
 def test_a_design_names_the_factor_that_decides_and_no_other():
     draws = np.random.default_rng(0)
     factors = pd.DataFrame({"speed": np.linspace(0.5, 2, 64), "frame": draws.choice(["a", "b"], 64)})
-    share = DesignShare(factors["speed"] > 1.25)
-    compared = share.by_factor(factors)
+    share = DesignShare(factors["speed"] > 1.25, factors)
+    compared = share.by_factor()
     assert compared["share"].loc["speed"].tolist() == [1.0, 0.0]
     assert compared["readings"].loc["frame"].sum() == 64
-    assert share.turns_on(factors) == "speed (above 1.25: 100%, to 1.25: 0%)"
-    assert share_of(64, of=64).turns_on(factors) == ""
+    assert share.turns_on() == "speed (above 1.25: 100%, to 1.25: 0%)"
+    assert DesignShare(share_of(64, of=64).holds, factors).turns_on() == ""
+    with pytest.raises(ValueError, match="factors"):
+        share_of(64, of=64).turns_on()
 
 
 def test_a_design_takes_no_part_where_none_is_given(on):

@@ -95,9 +95,7 @@ def rankings(seed: int, configurations: int = 2000) -> Iterator[Row]:
         "KCI, tool rates of 1 m/s against 0.1 m/s": (kci, indices.kinematic_conditioning(in_decimetres)),
         "w, unit joint limits against a slow vehicle": (w, indices.manipulability(slow)),
         **_indices_against_the_tool(chain, q),
-        **{
-            f"{pair}, near home": both for pair, both in _indices_against_the_tool(chain, near_home).items()
-        },
+        **{f"{pair}, near home": both for pair, both in _indices_against_the_tool(chain, near_home).items()},
     }
     yield from rank_correlations(pairs)
 

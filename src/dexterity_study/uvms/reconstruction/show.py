@@ -195,10 +195,10 @@ def ends(stored: Evidence) -> Markup:
 
 def what_decides() -> Figure:
     """Draw, for each printed result and each setting, how far the shares of its levels lie apart."""
-    rows, settings, limit = design(), factors(), CHANCE / len(WORDS)
+    rows, limit = design(), CHANCE / len(WORDS)
     shares, matters = {}, {}
     for one in RESULTS:
-        by_level = one.share(rows).by_factor(settings).groupby(level="factor")
+        by_level = one.share(rows).by_factor().groupby(level="factor")
         shares[one.title] = 100 * (by_level["share"].max() - by_level["share"].min())
         matters[one.title] = by_level["chance"].first() < limit
     table, marks = pd.DataFrame(shares).loc[list(WORDS)], pd.DataFrame(matters).loc[list(WORDS)]

@@ -90,7 +90,10 @@ def _worse_of_both(taus: Mapping[str, pd.DataFrame], sets: Table, indices: Evide
     }
     geometric = taus["chosen"][["w, largest speed", "geometric KCI, accuracy"]].min(axis=1)
     random = indices["rankings"].by_seed("tau", over="pair")
-    speed, accuracy = "w against the largest speed of the tool point", "spatial KCI against accuracy of the tool"
+    speed, accuracy = (
+        "w against the largest speed of the tool point",
+        "spatial KCI against accuracy of the tool",
+    )
     moved = {name: _about(sets, name) for name in sets.readings if name != "chosen"}
     free = taus["chosen"]["w, largest speed"]
     return {
