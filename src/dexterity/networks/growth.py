@@ -2,7 +2,8 @@
 
 The loop of Fig. 6b of Sotiropoulos & Aspragathos (2016): a neuron is placed at the training input with the
 largest error, the output layer is solved anew, and the testing error decides when to stop. What the paper
-leaves out is chosen as the assumptions of ``uvms.radial_basis`` in ``data/papers/sotiropoulos2016/assumptions.toml`` say.
+leaves out is chosen as the assumptions of ``uvms.radial_basis`` say, in
+``data/papers/sotiropoulos2016/assumptions.toml``.
 
 Examples
 --------
