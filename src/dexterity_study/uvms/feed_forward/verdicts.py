@@ -57,7 +57,7 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     loops = {index: ends(evidence, index) for index in GOALS}
     needed = {index: end["neurons"].where(end["passes"], np.inf) for index, end in loops.items()}
-    w, kci = loops["w"].xs("chosen"), whole_loops("KCI", "feed-forward")
+    w, kci = loops["w"].query("reading == 'chosen'"), whole_loops("KCI", "feed-forward")
     # The loops of this chapter are cut for KCI; those of the chapter on readings go to the printed limit.
     whole = {"w": needed["w"], "KCI": by_reading({"chosen": kci["neurons"].where(kci["passes"], np.inf)})}
     at_smallest = pd.concat([_ends_at_the_smallest(own, "reading") for own in whole.values()])
