@@ -118,6 +118,6 @@ def test_the_axes_of_the_ellipsoids_do_not_jump():
 
 def test_roll_changes_w_with_the_range_and_not_with_equal_limits():
     slow_heave = Index("manipulability", joint_rates=(1.0, 1.0, 0.2) + (1.0,) * 9).bind(UVMS)
-    narrow, wide = (show.change_under_roll(slow_heave, 0, deg, 300) for deg in (15.0, 60.0))
+    narrow, wide = (show.change_under_theta_x(slow_heave, 0, deg, 300) for deg in (15.0, 60.0))
     assert 0.01 < narrow < 0.5 * wide
-    assert show.change_under_roll(Index("manipulability").bind(UVMS), 0, 60.0, 300) < 1e-12
+    assert show.change_under_theta_x(Index("manipulability").bind(UVMS), 0, 60.0, 300) < 1e-12

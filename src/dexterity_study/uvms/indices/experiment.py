@@ -55,7 +55,7 @@ _STRAIGHT = (0,) * 6 + (20, 30, 0, 25, 30, 0)
 MOTIONS: Mapping[str, Motion] = {
     "arm, elbow": Motion(8, _STRAIGHT, VEHICLE_LOCKED),
     "UVMS, elbow": Motion(8, _STRAIGHT, ONES * 2),
-    "UVMS, pitch": Motion(4, (0, 0, 0, 0, 90, 90, 0, 30, -30, 0, 90, 0), ONES * 2),
+    "UVMS, roll": Motion(4, (0, 0, 0, 0, 90, 90, 0, 30, -30, 0, 90, 0), ONES * 2),
 }
 """Motions through a singularity. The third needs a gimbal lock and a wrist that cannot make up for it."""
 

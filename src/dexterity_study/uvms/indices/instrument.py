@@ -75,7 +75,7 @@ def presets() -> Mapping[str, list[float]]:
         shipped = [networks.load_shipped(_file(INDICES[name], kind)) for kind in KINDS.values()]
         worst = max(shipped, key=lambda network: network.card["worst_case"]["error"])
         found[f"Worst found: {title}, {KINDS[worst.card['kind']]}"] = list(worst.card["worst_case"]["q"])
-    motion = MOTIONS["UVMS, pitch"]
+    motion = MOTIONS["UVMS, roll"]
     sweep = motion.configurations(motion.angles(181))
     w = Index("manipulability").bind(robots.uvms())(sweep)
     return found | {"Singularity": sweep[int(w.argmin())].tolist()}

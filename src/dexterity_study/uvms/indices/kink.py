@@ -11,7 +11,7 @@ from torch import Tensor
 from dexterity import robots, sampling
 
 JOINTS = (4, 8)
-"""The two joints that are varied: the pitch θy of the vehicle and the elbow."""
+"""The two joints that are varied: the roll θy of the vehicle and the elbow."""
 
 HALF_WIDTH_DEG = 15.0
 """Half width of the paper's range of a joint."""

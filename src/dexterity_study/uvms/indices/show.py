@@ -51,7 +51,7 @@ def motions(table: Table) -> Figure:
     titles = {
         "arm, elbow": "elbow, vehicle locked",
         "UVMS, elbow": "elbow, vehicle free",
-        "UVMS, pitch": "pitch of the vehicle",
+        "UVMS, roll": "roll of the vehicle",
     }
     fig, panels = plt.subplots(2, figsize=(figures.WIDTH, 3.6), sharex=True)
     for ax, name in zip(panels, ("w", "kci"), strict=True):
@@ -104,14 +104,14 @@ def changes_of_kci(stored: Evidence) -> Figure:
 
 
 def kink_line(at: torch.Tensor) -> Figure:
-    """Draw KCI and its two smallest singular values along the vehicle's pitch through a kink at `at` (12,)."""
+    """Draw KCI and its two smallest singular values along the vehicle's roll through a kink at `at` (12,)."""
     angles, sigma = kink.line(at, 200)
     fig, (top, bottom) = plt.subplots(2, figsize=(figures.WIDTH, 3.2), sharex=True)
     top.plot(angles, sigma[:, 5] / sigma[:, 0], color=COLORS["blue"], label="KCI")
     bottom.plot(angles, sigma[:, 4], "-", color=COLORS["orange"], label="$σ_5$")
     bottom.plot(angles, sigma[:, 5], "--", color=COLORS["blue"], label="$σ_6$")
     top.set(ylabel="KCI")
-    bottom.set(ylabel="singular value", xlabel="pitch θy of the vehicle [°]")
+    bottom.set(ylabel="singular value", xlabel="roll θy of the vehicle [°]")
     fig.legend(loc="outside upper center", ncols=3)
     return fig
 

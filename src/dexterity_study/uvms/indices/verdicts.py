@@ -29,7 +29,7 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     yield on("w-product-of-singular-values", determinant, "Relative deviation from Eq. 8.")
     note = "Relative deviation from Eq. 9; close to a singularity the determinant has half of the digits."
     yield on("w-root-determinant", determinant, note)
-    left = evidence["motions"].where(motion="UVMS, pitch")["speed_left"]
+    left = evidence["motions"].where(motion="UVMS, roll")["speed_left"]
     yield on("zero-w-loses-directions", left, "Speed left along the direction that the whole UVMS loses.")
     fastest, slowest, near_home = (
         taus[f"w against the {speed}"]
@@ -118,4 +118,4 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
     yield Acceptance("body KCI under θ1–θ4, relative", still, 1e-12)
     smallest = evidence["motions"].where().set_index("motion")["smallest_w"]
     yield Acceptance("w of the arm with its elbow straight", smallest["arm, elbow"], 1e-12)
-    yield Acceptance("w of the UVMS at its singularity", smallest["UVMS, pitch"], 1e-12)
+    yield Acceptance("w of the UVMS at its singularity", smallest["UVMS, roll"], 1e-12)

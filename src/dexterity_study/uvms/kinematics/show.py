@@ -24,7 +24,7 @@ from dexterity_study.page.markup import Markup
 from dexterity_study.page.tables import over_seeds, show, stored_and_live
 from dexterity_study.uvms.kinematics import experiment
 
-ELBOW, ROLL = 8, 3
+ELBOW, THETA_X = 8, 3
 """The joint whose column is drawn, and the first rotation of the vehicle."""
 
 SEEDS = 10
@@ -32,7 +32,7 @@ SEEDS = 10
 POSTURE = torch.tensor([0.35, -1.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6, -1.3, 0.0, 0.5, 0.0], dtype=torch.float64)
 """A posture with the world's origin outside of the vehicle and off the arm."""
 
-LOW, VIEW = 200, (1.0, 0.35, 0.4)
+LOW, VIEW = 280, (1.0, 0.35, 0.4)
 """Height of a scene of the derivation [CSS pixels], and from where it is seen."""
 
 HALF = 0.5
@@ -86,7 +86,7 @@ def changes_of_w(stored: Evidence) -> Figure:
     sets = {
         "unit": "chosen",
         "slow vehicle": "velocity-limits=rov",
-        "slow heave": "velocity-limits=slow-heave",
+        "slow z": "velocity-limits=slow-heave",
     }
     return changes_by_joint(stored["changes_of_w"], "w", "velocity limits", sets)
 
@@ -112,12 +112,12 @@ def w_at_home(stored: Evidence) -> Markup:
 
 
 def changes_by_range() -> Markup:
-    """Set by how much θx changes w while heave is slower than sway, for two ranges of the rotations, over live draws."""
+    """Set by how much θx changes w while z is slower than y, for two ranges of the rotations, over live draws."""
     limits: Any = experiment.changes_of_w.reading("velocity-limits=slow-heave")["velocity-limits"]
     joint_rates, tool_rates = limits
     w = Index("manipulability", joint_rates=joint_rates, tool_rates=tool_rates).bind(robots.uvms())
     rows = [
-        {"range": f"±{deg:g}°", "change": 100 * change_under_roll(w, seed, deg)}
+        {"range": f"±{deg:g}°", "change": 100 * change_under_theta_x(w, seed, deg)}
         for deg in (15.0, 60.0)
         for seed in range(SEEDS)
     ]
@@ -126,14 +126,14 @@ def changes_by_range() -> Markup:
     return show(frame.rename_axis("rotations within"))
 
 
-def change_under_roll(
+def change_under_theta_x(
     f: Callable[[Tensor], Tensor], seed: int, range_deg: float, configurations: int = 2000
 ) -> float:
     """Return the largest relative change of an index when θx alone is redrawn, with rotations within ±`range_deg`."""
     q, redrawn = experiment.draws(robots.uvms(), seed, configurations, range_deg)
-    rolled = q.clone()
-    rolled[:, ROLL] = redrawn[:, ROLL]
-    return experiment.largest(f(rolled) / f(q) - 1)
+    turned = q.clone()
+    turned[:, THETA_X] = redrawn[:, THETA_X]
+    return experiment.largest(f(turned) / f(q) - 1)
 
 
 # ---- scenes ---------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ def change_under_roll(
 
 def screw_scene() -> scenes.Scene:
     """Set a body that follows a screw with a pitch, with the axis and the velocity of the point at the origin."""
-    axis, point, pitch = np.array([0.0, 0.0, 1.0]), np.array([0.7, 0.0, 0.0]), 0.08
+    axis, point, pitch = np.array([0.0, 0.0, 1.0]), np.array([0.7, 0.0, 0.0]), 0.15
     screw = np.concatenate([-np.cross(axis, point) + pitch * axis, axis])
     angles = np.linspace(0.0, 6.5, 53)
     poses = spatial.exp(np.outer(angles, screw)).numpy()
@@ -154,19 +154,21 @@ def screw_scene() -> scenes.Scene:
         radius=0.025,
         color="blue",
     )
+    path = spatial.apply(poses, corner).numpy()
     scene = scenes.Scene("A body that follows a screw", height=LOW, view_from=VIEW)
     rest = [
+        _rod_to("body, extended to O", "q [rad]", path, np.zeros_like(path)),
         Body(
             "axis ω",
-            rods=np.array([[point - 0.1 * axis, point + 0.75 * axis]]),
+            rods=np.array([[point - 0.1 * axis, point + 1.1 * axis]]),
             radius=0.012,
             color="orange",
         ),
         Body("v, velocity at the origin", arrows=HALF * screw[None, :3], radius=0.018, color="vermillion"),
     ]
     scene.add_mechanism([body, *rest], [Slider("q [rad]", angles, 1.5)])
-    scene.add_path(spatial.apply(poses, corner).numpy(), name="path of a corner", color="sky blue")
-    scene.add_letters({"O": np.zeros(3), "p": point})
+    scene.add_path(path, name="path of a corner", color="sky blue")
+    scene.add_letters({"O": np.zeros(3), "a": point})
     scene.add_remark("velocity 0.5 m for 1 m/s")
     return scene
 
@@ -192,7 +194,7 @@ def lever_scene() -> scenes.Scene:
             color="sky blue",
         ),
         Body(
-            "lever arm p",
+            "lever arm t",
             slider=label,
             poses=at_rest,
             rods=np.array([[[0, 0, 0], [1.0, 0, 0]]]),
@@ -201,7 +203,7 @@ def lever_scene() -> scenes.Scene:
             color="black",
         ),
         Body(
-            "v = p × ω",
+            "v = t × ω",
             slider=label,
             poses=at_rest,
             arrows=np.array([[0, -HALF, 0]]),
@@ -246,6 +248,7 @@ def column_scene() -> scenes.Scene:
             radius=0.016,
             color="bluish green",
         ),
+        _rod_to("tool body, extended to O", label, at_tool[:, :3, 3], np.zeros((len(angles), 3))),
         Body("v of the column, at O", arrows=HALF * column[None, :3], radius=0.016, color="vermillion"),
     ]
     scene = scenes.Scene("The elbow moves: its column as two velocities", height=LOW, view_from=VIEW)
@@ -267,13 +270,6 @@ def origin_scene() -> scenes.Scene:
     poses = np.tile(np.eye(4), (len(places), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = axes, points
     tool = robots.uvms().forward(POSTURE)[:3, 3].numpy()
-    reach = points - tool
-    link = np.tile(np.eye(4), (len(places), 1, 1))
-    link[:, :3, :3] = [_along_y(way) for way in reach]
-    link[:, :3, 3] = tool
-    lengths = np.linalg.norm(reach, axis=1)
-    rod = np.array([[[0, 0, 0], [0, 1.0, 0]]])
-    stretches = np.insert(np.ones((len(places), 2)), 1, lengths, axis=1)
     bodies = [
         Body(
             "velocities at the origin",
@@ -283,15 +279,7 @@ def origin_scene() -> scenes.Scene:
             stretches=semi_axes,
             color="blue",
         ),
-        Body(
-            "tool body, extended to O",
-            slider=label,
-            poses=link,
-            rods=rod,
-            radius=0.012,
-            stretches=stretches,
-            color="vermillion",
-        ),
+        _rod_to("tool body, extended to O", label, np.broadcast_to(tool, points.shape), points),
         Body(
             "origin O",
             slider=label,
@@ -305,7 +293,7 @@ def origin_scene() -> scenes.Scene:
     scene = vehicle_scene(
         "The origin moves, the robot rests", POSTURE, axes=False, height=LOW, view_from=VIEW
     )
-    scene.add_mechanism(bodies, [Slider(label, places, 0.0)], name="origin")
+    scene.add_mechanism(bodies, [Slider(label, places, -1.0)], name="origin")
     scene.add_remark(f"ellipsoid {ELLIPSOID:g} m for 1 m/s")
     return scene
 
@@ -345,6 +333,22 @@ def _bars(points: np.ndarray | Sequence[np.ndarray]) -> np.ndarray:
     """Join points (k, 3) one after the other, (m, 2, 3), and leave out steps without length."""
     ends = np.stack([points[:-1], points[1:]], axis=1)
     return ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > 1e-9]
+
+
+def _rod_to(name: str, slider: str, starts: np.ndarray, ends: np.ndarray) -> Body:
+    """Join two points, (k, 3) each along a slider, by a thin rod."""
+    ways = ends - starts
+    poses = poses_at(starts)
+    poses[:, :3, :3] = [_along_y(way) for way in ways]
+    return Body(
+        name,
+        slider=slider,
+        poses=poses,
+        rods=np.array([[[0, 0, 0], [0, 1.0, 0]]]),
+        radius=0.012,
+        stretches=np.insert(np.ones((len(ways), 2)), 1, np.linalg.norm(ways, axis=1), axis=1),
+        color="black",
+    )
 
 
 def _along_y(direction: np.ndarray) -> np.ndarray:

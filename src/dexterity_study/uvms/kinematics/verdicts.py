@@ -63,7 +63,7 @@ def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     changes = by_joint(evidence["changes_of_w"])
     slow_heave = changes.loc["velocity-limits=slow-heave"][3].max()
     note = (
-        f"With heave five times slower than sway, w changes by up to {slow_heave:.0%} under θ4 (angles within ±60°): the invariance under θ4 "
+        f"With z five times slower than y, w changes by up to {slow_heave:.0%} under θ4 (angles within ±60°): the invariance under θ4 "
         "needs equal velocity limits in y and z, which the paper does not say. That under θ1 to θ3 needs nothing."
     )
     yield on("w-base-invariant", changes[BASE].max(axis="columns"), note)
