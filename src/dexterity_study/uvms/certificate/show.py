@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -14,6 +16,7 @@ from dexterity.networks.certificate import Certificate
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
+from dexterity_study.page.numbers import power_of_ten
 from dexterity_study.page.tables import show
 from dexterity_study.uvms.certificate.experiment import NETWORK, box_of_network
 
@@ -30,6 +33,16 @@ def certificate(stored: Evidence, name: str) -> Certificate:
     tree, bounds = (table.array(f"{name}_{what}")[0] for what in ("tree", "bounds"))
     return Certificate(
         network.inputs, lower, upper, float(row["wanted"]), 6, tree, bounds, float(row["reached"])
+    )
+
+
+def in_short(stored: Evidence) -> str:
+    """Say how close the proved bound is to the largest error found, and what the proof takes."""
+    row = stored["proofs"].where(approximation="network").sort_values("factor").iloc[0]
+    return (
+        f"The relative error is at most {_rounded_up(row['bound']):.4f} %, and this is proved. A search in the same box finds "
+        f"{100 * row['found']:.4f} %, so the bound is {row['bound'] / row['found'] - 1:.0%} larger than the largest error found. "
+        f"The proof takes {row['seconds']:.0f} seconds on one core."
     )
 
 
@@ -80,8 +93,7 @@ def proofs(stored: Evidence) -> Markup:
         {
             "found [%]": 100 * rows["found"],
             "asked / found": rows["factor"],
-            # A bound is rounded up.
-            "proved [%]": np.ceil(1e6 * rows["bound"]) / 1e4,
+            "proved [%]": _rounded_up(rows["bound"]),
             "parts": rows["parts"],
             "time [s]": rows["seconds"],
         }
@@ -89,6 +101,11 @@ def proofs(stored: Evidence) -> Markup:
     table.index = pd.Index(rows["approximation"], name="")
     forms = {"found [%]": "{:.4f}", "proved [%]": "{:.4f}", "asked / found": "{:.2f}", "time [s]": "{:.0f}"}
     return show(table, forms=forms)
+
+
+def _rounded_up(bound: Any) -> Any:
+    """Return a bound in per cent with four digits, and never less than it is."""
+    return np.ceil(1e6 * bound) / 1e4
 
 
 def checks(stored: Evidence) -> Markup:
@@ -119,3 +136,15 @@ def conditioning(stored: Evidence) -> Figure:
     bounds.yaxis.set_major_formatter("{x:g}")
     bounds.minorticks_off()
     return fig
+
+
+def reach_of_kci(stored: Evidence) -> str:
+    """Say for how many boxes a bound for KCI is proved, and how many of them the whole space takes."""
+    sums = stored["conditioning"].where().groupby("half_width")[["bounded", "draws"]].sum()
+    small, middle, large = sums.index[[-3, -2, -1]]
+    parts = power_of_ten(f"1e{11 * np.log10(np.radians(15.0) / middle):.0f}").removeprefix("1 × ")
+    return (
+        f"At a half width of {small:g} (rad or m), one model proves a bound for {sums['bounded'][small]:.0f} of {sums['draws'][small]:.0f} "
+        f"boxes. At {large:g} it proves one for {sums['bounded'][large]:.0f}, since most boxes then hold a kink. Eleven "
+        f"coordinates of ±15° take about {parts} boxes of {middle:g}."
+    )

@@ -279,7 +279,7 @@ def height_by_operations() -> str:
     raised, flat = (counts("Jacobian", f"written out{height}") for height in ("", ", l1 = 0"))
     closer = "a raised shoulder" if abs(raised - printed) < abs(flat - printed) else "the height of the base"
     return (
-        f"One printed number takes no network: the Jacobian has {printed:,} operations in the paper. We count {raised:,} with a "
+        f"One printed number takes no network: the Jacobian has {printed:,.0f} operations in the paper. We count {raised:,} with a "
         f"shoulder above the base ({raised / printed - 1:+.1%}), and {flat:,} with one at its height ({flat / printed - 1:+.1%}). "
         f"This speaks for {closer}."
     )
