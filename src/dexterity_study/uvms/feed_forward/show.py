@@ -64,7 +64,7 @@ def settings() -> Markup:
         r"$L_{iter}$, neurons": (
             *none,
             *of("neuron-limit", "feed-forward"),
-            f"radial-basis {reading['radial-basis-neuron-limit']}; feed-forward {gives_up}",
+            f"radial-basis {reading['radial-basis-neuron-limit']}; feed-forward {gives_up}, and as printed for the verdicts",
         ),
         r"$L_{epochs}$, epochs": (*none, *of("epoch-limit", "feed-forward"), "steps of the trainer"),
         r"$L_s$, largest spread": (*spreads, *none, f"from {first:g} in steps of {step:g}, rad and m"),

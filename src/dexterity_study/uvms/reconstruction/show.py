@@ -36,7 +36,7 @@ from dexterity_study.uvms.reconstruction.printed_results import (
     come_out,
     units_at_printed_spread,
 )
-from dexterity_study.uvms.unprinted import READINGS, design, ends_of_growth, ends_of_loops, factors
+from dexterity_study.uvms.unprinted import design, ends_of_growth, ends_of_loops, factors
 
 WORDS: Mapping[str, str] = {
     "l1": "shoulder height [m]",
@@ -203,15 +203,15 @@ def what_decides() -> Figure:
         shares[one.title] = 100 * (by_level["share"].max() - by_level["share"].min())
         matters[one.title] = by_level["chance"].first() < limit
     table, marks = pd.DataFrame(shares).loc[list(WORDS)], pd.DataFrame(matters).loc[list(WORDS)]
-    fig, ax = plt.subplots(figsize=(figures.WIDTH, 6.5))
-    mesh = ax.imshow(table, aspect="auto", cmap="cividis", vmin=0, vmax=100)
+    fig, ax = plt.subplots(figsize=(figures.WIDTH, 7.5))
+    mesh = ax.imshow(table.where(marks), aspect="auto", cmap="cividis", vmin=0, vmax=100)
+    ax.set_facecolor("#D9D9D9")
     for row, column in np.argwhere(marks.to_numpy()):
         value = table.iloc[row, column]
         color = "white" if value < 60 else "black"
         ax.text(column, row, f"{value:.0f}", ha="center", va="center", color=color)
-    ax.set_xticks(range(len(RESULTS)), [str(number) for number, _ in enumerate(RESULTS, start=1)])
+    ax.set_xticks(range(len(RESULTS)), list(shares), rotation=60, ha="right", rotation_mode="anchor")
     ax.set_yticks(range(len(WORDS)), list(WORDS.values()))
-    ax.set_xlabel("printed result")
     ax.grid(visible=False)
     fig.colorbar(mesh, ax=ax, location="top", label="largest minus smallest share [%]")
     return fig
@@ -246,7 +246,7 @@ def most_probable() -> Markup:
     found.sort(key=lambda one: one[0])
     if not found:
         found = [
-            (1.0, "no setting matters beyond chance so far", met.groupby(lambda _: "all readings").mean())
+            (1.0, "no setting matters beyond chance", met.groupby(lambda _: "all readings").mean())
         ]
     rows = {(title, level): mean for _, title, means in found for level, mean in means.items()}
     return show(pd.Series(rows, name="results that come out", dtype=float), "{:.1f}")
@@ -259,7 +259,7 @@ def finding() -> str:
     never = "; ".join(shares.columns[~shares.any()])
     seldom = "; ".join(shares.columns[shares.any() & (shares.mean() < _SELDOM)])
     parts = (
-        f"Of the first {len(shares)} of {READINGS} readings, {every or 'none'} {'bears' if every < 2 else 'bear'} out all {len(RESULTS)} results "
+        f"Of {len(shares)} readings, {every or 'none'} {'bears' if every < 2 else 'bear'} out all {len(RESULTS)} results "
         f"at once. The best bears out {shares.sum(axis=1).max()}.",
         f"No reading explains: {never}." if never else "",
         f"Fewer than one reading in twenty explains: {seldom}." if seldom else "",

@@ -1,14 +1,14 @@
-"""Verdicts of the chapter on unprinted settings: none before its design is complete."""
+"""Verdicts of the chapter on unprinted settings: its readings are shares of the verdicts of other chapters."""
 
 from dexterity_study.claims.outcome import Acceptance, Verdict
 from dexterity_study.engine.evidence import Evidence
 
 
 def verdicts(_: Evidence) -> tuple[Verdict, ...]:
-    """Judge nothing yet."""
+    """Judge nothing."""
     return ()
 
 
 def acceptance(_: Evidence) -> tuple[Acceptance, ...]:
-    """Ask for nothing yet."""
+    """Ask for nothing."""
     return ()
