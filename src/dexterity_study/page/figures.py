@@ -17,6 +17,9 @@ from dexterity.scenes.colors import COLORS
 WIDTH = 4.5
 """Width of a figure [in]: shrunk to a screen of 360 pixels, its letters are 11 pixels high. Panels are stacked."""
 
+ON_COLOR = "#1C2630"
+"""Ink on a coloured ground, which is the same on a light and on a dark page."""
+
 _LETTERS = 11.0  # size of all letters [pt]
 
 _IN_THE_DARK = {

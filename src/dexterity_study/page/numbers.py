@@ -42,10 +42,15 @@ def power_of_ten(text: str) -> str:
 
 
 def with_range(values: Any, form: str = "{:.3g}") -> str:
-    """Write the median of numbers, with the smallest and the largest in brackets where they read otherwise."""
+    """Write the median of numbers, with the smallest and the largest in brackets where they read otherwise.
+
+    >>> with_range([1.0, 2.0, 3.0]), with_range([-0.5, -0.4, 0.1])
+    ('2 (1–3)', '-0.4 (-0.5 to 0.1)')
+    """
     array = np.asarray(values, dtype=float)
     array = array[~np.isnan(array)]
     if array.size == 0:
         return "–"
     median, low, high = (written(float(of(array)), form) for of in (np.median, np.min, np.max))
-    return median if low == high else f"{median} ({low}–{high})"
+    to = " to " if low.startswith("-") else "–"
+    return median if low == high else f"{median} ({low}{to}{high})"

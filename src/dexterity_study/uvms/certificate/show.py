@@ -67,7 +67,7 @@ def parts_at_the_worst(stored: Evidence) -> Figure:
         ax.add_patch(
             Rectangle((corner[i], corner[j]), size[i], size[j], fill=False, ec="white", lw=1, zorder=2)
         )
-    ax.plot(*np.degrees(worst[[across, up]]), "o", color="black", mfc="white", ms=8, clip_on=False)
+    ax.plot(*np.degrees(worst[[across, up]]), "o", color=figures.ON_COLOR, mfc="white", ms=8, clip_on=False)
     ax.set(xlabel=f"joint {across + 1} [deg]", ylabel=f"joint {up + 1} [deg]")
     ax.grid(visible=False)
     fig.colorbar(mesh, ax=ax, label="relative error [%]")

@@ -208,7 +208,7 @@ def what_decides() -> Figure:
     ax.set_facecolor("#D9D9D9")
     for row, column in np.argwhere(marks.to_numpy()):
         value = table.iloc[row, column]
-        color = "white" if value < 60 else "black"
+        color = "white" if value < 60 else figures.ON_COLOR
         ax.text(column, row, f"{value:.0f}", ha="center", va="center", color=color)
     ax.set_xticks(range(len(RESULTS)), list(shares), rotation=60, ha="right", rotation_mode="anchor")
     ax.set_yticks(range(len(WORDS)), list(WORDS.values()))
@@ -245,9 +245,7 @@ def most_probable() -> Markup:
             found.append((chance, WORDS[name], met.groupby(level).mean()))
     found.sort(key=lambda one: one[0])
     if not found:
-        found = [
-            (1.0, "no setting matters beyond chance", met.groupby(lambda _: "all readings").mean())
-        ]
+        found = [(1.0, "no setting matters beyond chance", met.groupby(lambda _: "all readings").mean())]
     rows = {(title, level): mean for _, title, means in found for level, mean in means.items()}
     return show(pd.Series(rows, name="results that come out", dtype=float), "{:.1f}")
 

@@ -120,7 +120,7 @@ def origin_map(stored: Evidence) -> Figure:
     fig, axes = plt.subplots(3, figsize=(figures.WIDTH, 5.6), sharex=True, height_ratios=(1, 1, 0.7))
     for ax, of_plane, title in zip(axes, tau, ("aside", "above"), strict=False):
         image = ax.pcolormesh(ahead, across, of_plane, cmap="PuOr", vmin=-0.6, vmax=0.6, **SMOOTH)
-        ax.contour(ahead, across, of_plane, levels=[0.0], colors="#1F2933", linewidths=1)
+        ax.contour(ahead, across, of_plane, levels=[0.0], colors=figures.ON_COLOR, linewidths=1)
         _outline(ax, title)
         ax.set(aspect="equal", ylabel=f"{title} [m]", ylim=(-1, 1))
         ax.grid(visible=False)
@@ -135,15 +135,15 @@ def _outline(ax: Axes, plane: str) -> None:
     width, length, height = robots.describe("uvms").vehicle_size or (0.0, 0.0, 0.0)
     size = {"aside": width, "above": height}[plane]
     home = robots.uvms().joint_frames(torch.zeros(12, dtype=torch.float64))[6:, 1, 3].tolist()
-    ink = "#1F2933"
+    ink = figures.ON_COLOR
     ax.add_patch(Rectangle((-length / 2, -size / 2), length, size, fill=False, edgecolor=ink, linewidth=1.5))
     tool = float(robots.uvms().home[1, 3])
     ax.plot([home[0], tool], [0, 0], color=ink, linewidth=2)
     ax.plot(tool, 0, "o", color=ink, ms=7)
     ax.plot(0, 0, "X", color=ink, ms=9)
     if plane == "aside":
-        ax.annotate("tool", (tool, 0), (4, 7), textcoords="offset points")
-        ax.annotate("assumed", (0, 0), (0, 8), textcoords="offset points", ha="center")
+        ax.annotate("tool", (tool, 0), (4, 7), textcoords="offset points", color=ink)
+        ax.annotate("assumed", (0, 0), (0, 8), textcoords="offset points", ha="center", color=ink)
 
 
 def _cost_ahead(ax: Axes, table: Table) -> None:
