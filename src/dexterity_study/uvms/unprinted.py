@@ -18,6 +18,14 @@ from dexterity_study.uvms.reconstruction.experiment import DESIGN_SEED, FACTORS,
 READINGS = 256
 """Points of the sequence that the design is a part of."""
 
+_READINGS = {
+    "chosen": "chosen",
+    "high shoulder": "base-link-height=0.3",
+    "fast tool": "velocity-limits=tool-1.5",
+    "slow vehicle": "velocity-limits=slow-vehicle",
+}
+"""Readings of the ledger for which whole loops were run, by their names in the chapter."""
+
 
 def in_design(on: Judge, claim: str, values: pd.Series | pd.DataFrame) -> DesignShare:
     """Judge a claim in each reading of the space-filling design, by what was varied."""
@@ -87,7 +95,7 @@ def ends_of_growth(index: str, metric: str = "neurons", rows: pd.DataFrame | Non
 
 
 def whole_loops(index: str, kind: str) -> pd.DataFrame:
-    """Return the last step of each loop of the chosen reading that went to its end or to the printed limit, by seed.
+    """Return the last step of each loop that went to its end or to the printed limit, by reading of the ledger and seed.
 
     Parameters
     ----------
@@ -96,4 +104,5 @@ def whole_loops(index: str, kind: str) -> pd.DataFrame:
     kind
         "feed-forward" or "radial basis".
     """
-    return _stored()["loops"].where(index=index, case="chosen", kind=kind).groupby("seed").last()
+    rows = _stored()["loops"].where(index=index, kind=kind)
+    return rows.assign(reading=rows["case"].map(_READINGS)).groupby(["reading", "seed"], sort=False).last()

@@ -17,6 +17,10 @@ from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LIMI
 from dexterity_study.uvms.unprinted import design_values, ends_of_loops, in_design, whole_loops
 
 
+FAST_TOOL = "velocity-limits=tool-1.5"
+"""The reading of the ledger with a fitted rate of the tool."""
+
+
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
     """Judge the claims of the chapter."""
     on = Judge("sotiropoulos2016")
@@ -57,9 +61,10 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     loops = {index: ends(evidence, index) for index in GOALS}
     needed = {index: end["neurons"].where(end["passes"], np.inf) for index, end in loops.items()}
-    w, kci = loops["w"].query("reading == 'chosen'"), whole_loops("KCI", "feed-forward")
     # The loops of this chapter are cut for KCI; those of the chapter on readings go to the printed limit.
-    whole = {"w": needed["w"], "KCI": by_reading({"chosen": kci["neurons"].where(kci["passes"], np.inf)})}
+    to_the_limit = whole_loops("KCI", "feed-forward")
+    w, kci = (end.query("reading == 'chosen'") for end in (loops["w"], to_the_limit))
+    whole = {"w": needed["w"], "KCI": to_the_limit["neurons"].where(to_the_limit["passes"], np.inf)}
     at_smallest = pd.concat([_ends_at_the_smallest(own, "reading") for own in whole.values()])
     in_readings = [_ends_at_the_smallest(ends_of_loops(index), "number") for index in GOALS]
     yield on(
@@ -74,6 +79,8 @@ def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
     for index, end in (("w", w), ("KCI", kci)):
         name, trained = f"feed-forward-{index.lower()}", networks(evidence, index, TRAINED_ON)
         note = f"{end['passes'].sum()} of {len(end)} loops end with a network that passes."
+        if index == "KCI":
+            note += f" With the fitted tool rate, which is no evidence, they end at {_neurons(to_the_limit.loc[[FAST_TOOL]])}."
         yield on(
             f"{name}-neurons",
             whole[index],

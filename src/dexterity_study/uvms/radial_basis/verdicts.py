@@ -16,7 +16,7 @@ from dexterity_study.page.numbers import with_range
 from dexterity_study.uvms.feed_forward.experiment import INDICES, LIMIT
 from dexterity_study.uvms.radial_basis.experiment import LEVELS
 from dexterity_study.uvms.reconstruction.experiment import PRINTED
-from dexterity_study.uvms.unprinted import design_values, ends_of_growth, in_design
+from dexterity_study.uvms.unprinted import design_values, ends_of_growth, in_design, whole_loops
 
 
 def verdicts(evidence: Evidence) -> Iterator[Verdict]:
@@ -83,10 +83,12 @@ def _on_the_loop(on: Judge, evidence: Evidence) -> Iterator[Verdict]:
             pd.DataFrame({index: ends_of_growth(index) < np.inf for index in INDICES}),
         ),
     )
+    raised = whole_loops("w", "radial basis").loc[["base-link-height=0.3"], "neurons"]
     yield on(
         "radial-basis-w-neurons",
-        table.values("neurons"),
-        "Neurons at which the printed loop for w stops; this depends on the first spread, the step, and the draw. "
+        pd.concat([table.values("neurons"), raised]),
+        "Neurons at which the printed loop for w stops; this depends on the first spread, the step, and the draw. With a "
+        f"shoulder of 0.3 m, which is fitted, it is {with_range(raised, '{:.0f}')}. "
         f"The smallest network over all spreads has {with_range(fewest, '{:g}')}.",
         form="{:g}",
         unit="neurons",
