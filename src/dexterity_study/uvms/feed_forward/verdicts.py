@@ -16,7 +16,6 @@ from dexterity_study.page.numbers import with_range
 from dexterity_study.uvms.feed_forward.experiment import AS_PRINTED, GOALS, LIMIT, TRAINED_ON
 from dexterity_study.uvms.unprinted import design_values, ends_of_loops, in_design, whole_loops
 
-
 FAST_TOOL = "velocity-limits=tool-1.5"
 """The reading of the ledger with a fitted rate of the tool."""
 

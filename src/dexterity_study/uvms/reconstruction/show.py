@@ -271,7 +271,7 @@ _SELDOM = 0.05
 def two_sizes(stored: Evidence) -> str:
     """Say at which sizes two loops end when one setting is changed."""
     kci, w = (
-        stored["loops"].where(index=index, case=case, kind=kind, passes=True)["neurons"]
+        stored["loops"].where(index=index, case=case, kind=kind).query("passes")["neurons"]
         for index, case, kind in (
             ("KCI", "fast tool", "feed-forward"),
             ("w", "high shoulder", "radial basis"),
