@@ -5,9 +5,11 @@ import torch
 from torch.testing import assert_close
 
 from dexterity.networks.levenberg_marquardt import Stop
+from dexterity_study.claims.ledger import load_paper
 from dexterity_study.uvms.feed_forward.experiment import GOALS, LIMIT
 from dexterity_study.uvms.reconstruction import experiment
 from dexterity_study.uvms.reconstruction.experiment import CHOSEN, FACTORS, Case, FeedForwardLearning, reading
+from dexterity_study.uvms.unprinted import whole_loops
 
 
 def case(name, **changed):
@@ -84,3 +86,14 @@ def test_a_loop_goes_on_until_a_network_passes():
         assert (steps["passes"] == (steps["testing_error"] <= LIMIT)).all()
         at_the_limit = len(steps) == 4 or steps["spread"].iloc[-1] == 10.0
         assert steps["passes"].iloc[-1] or at_the_limit
+
+
+@pytest.mark.parametrize("index", ["w", "KCI"])
+def test_a_loop_that_counts_has_passed_or_has_gone_to_the_printed_limit(index):
+    ends, limit = (
+        whole_loops(index, "feed-forward"),
+        load_paper("sotiropoulos2016").printed("feed-forward-neuron-limit"),
+    )
+    assert (ends["passes"] | (ends["neurons"] == max(limit))).all()
+    assert len(ends.loc[["chosen"]]) == 10
+    assert set(ends.index.unique("reading")) > {"chosen"}
