@@ -7,7 +7,8 @@ import pytest
 import torch
 from torch.testing import assert_close
 
-from dexterity import docking
+from coal_distances import coal_distances
+from dexterity import docking, indices
 from dexterity_study.docking import cases
 from dexterity_study.docking.search import experiment, show, verdicts
 from dexterity_study.engine.evidence import Evidence
@@ -82,6 +83,37 @@ def test_two_methods_found_the_stored_optimum(reading):
     # Twelve digits are stored, and the best pose is at an edge of what the arm reaches.
     assert own.area_manipulability(pose).item() == pytest.approx(best["area_manipulability"], rel=1e-6)
     assert best["tied"] == 4
+
+
+@pytest.mark.parametrize("bodies", ["block", "block and vehicle"])
+@pytest.mark.parametrize("reading", READINGS)
+def test_two_methods_found_the_stored_optimum_around_bodies(reading, bodies):
+    best, own = verdicts.physical(STORED, bodies).loc[reading], problem(reading)
+    assert best["evolved"] == pytest.approx(best["area_manipulability"], rel=1e-3)
+    assert own.allows(vector(*best[[*experiment.VARIABLES]]))
+    assert best["area_manipulability"] < verdicts.optima(STORED).loc[reading, "area_manipulability"]
+
+
+def test_around_the_block_both_readings_of_the_group_have_one_optimum():
+    worth = show.worth_by_bodies(STORED)["around block"]
+    for arm in cases.ARMS:
+        both, either = (worth[cases.CASES[f"{arm}, {region}"]] for region in ("and", "or"))
+        assert both == pytest.approx(either, rel=1e-4)
+
+
+@pytest.mark.parametrize("reading", READINGS)
+def test_at_the_stored_optimum_no_arm_touches_block_or_vehicle_as_coal_has_it(reading):
+    best, own = verdicts.physical(STORED, "block and vehicle").loc[reading], problem(reading)
+    bodies, pose = experiment.bodies_about(own)["block and vehicle"], vector(*best[[*experiment.VARIABLES]])
+    q, valid, within = docking.configurations(own.arm, pose, own.control_points)
+    base = docking.base_pose(pose)
+    w = indices.manipulability(own.arm.spatial_jacobian(q))
+    # The numbers stored are rounded: a touch may have become a micrometre.
+    free = valid & within & (bodies.clearance(q, base) > -1e-6)
+    w, chosen = torch.where(free, w, 0.0).max(-1)
+    arms = q[torch.arange(len(q)), chosen]
+    assert coal_distances(bodies, arms, base.expand(len(arms), 4, 4)).min() > -1e-6
+    assert float(w.min()) == pytest.approx(best["area_manipulability"], rel=1e-4)
 
 
 def test_no_run_beats_the_optimum_and_some_find_the_best_of_the_lattice():

@@ -17,6 +17,7 @@ from torch import Tensor
 
 from dexterity import docking, robots, spatial
 from dexterity.chain import Chain
+from dexterity.collision import Bodies
 from dexterity.docking import DockingProblem
 from dexterity.search import GeneticOptions, ZoomOptions, genetic_search, zoom_search
 from dexterity.search.box import Objective
@@ -100,6 +101,29 @@ def optimum(seed: int, reading: Values, evolutions: int = 3, generations: int = 
         "nearest_image": distances.min(),
         "farthest_image": distances.max(),
     }
+
+
+@experiment(
+    keys=("bodies",),
+    readings=OTHERS,
+    smoke={"evolutions": 1, **SHORT, **COARSE},
+    **{**OF_CASE, **cases.OF_LEDGER},
+)
+def physical(seed: int, reading: Values, evolutions: int = 1, generations: int = 500, **grids: Any) -> Rows:
+    """The most dexterous pose whose arm goes around the block and, in the second row, around its vehicle as well.
+
+    The vehicle is behind the base, its bottom as low as the foot. Links are lines. The distance has no weight.
+    """
+    free = replace(problem_of(reading), manipulability_weight=1.0, distance_weight=0.0)
+    for name, bodies in bodies_about(free).items():
+        problem, seeds = replace(free, bodies=bodies), range(seed, seed + evolutions)
+        best = by_grids(problem, **grids)
+        yield {
+            "bodies": name,
+            **dict(zip(VARIABLES, best.pose, strict=True)),
+            "area_manipulability": best.area_manipulability,
+            "evolved": evolved(problem.objective, problem.boxes, seeds, maxiter=generations),
+        }
 
 
 @experiment(
@@ -201,6 +225,20 @@ def problem_of(reading: Values) -> DockingProblem:
     settings = {"heading": reading["heading"], "height": reading["margin"], "yaw": reading["range-of-psi"]}
     a, b = reading["weights"]
     return cases.problem_of(reading, **settings, manipulability_weight=a, distance_weight=b)
+
+
+def bodies_about(problem: DockingProblem) -> dict[str, Bodies]:
+    """Return the bodies that the arm goes around: the block alone, or block and vehicle."""
+    both = docking.block_and_vehicle(
+        problem.arm, _printed_size("block"), _printed_size("vehicle"), bottom=problem.foot[2]
+    )
+    block = Bodies(problem.arm, [body for body in both.bodies if body.name != "vehicle"])
+    return {"block": block, "block and vehicle": both}
+
+
+def _printed_size(name: str) -> tuple[float, float, float]:
+    x, y, z = cases.printed(name).tolist()
+    return x, y, z
 
 
 def faces_area(pose: Tensor) -> Tensor:

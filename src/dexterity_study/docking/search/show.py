@@ -19,9 +19,9 @@ from dexterity.scenes.colors import COLORS
 from dexterity.search import GeneticSearch
 from dexterity_study.docking import scenes
 from dexterity_study.docking.area.show import ARM_COLORS
-from dexterity_study.docking.cases import ARMS, CASES, arm_of, printed_poses
-from dexterity_study.docking.search.experiment import NEAR, VEHICLE, genetic
-from dexterity_study.docking.search.verdicts import found, optima
+from dexterity_study.docking.cases import ARMS, CASES, arm_of, printed_poses, quarter_turned
+from dexterity_study.docking.search.experiment import NEAR, VARIABLES, VEHICLE, genetic
+from dexterity_study.docking.search.verdicts import found, optima, physical
 from dexterity_study.engine.evidence import Evidence
 from dexterity_study.page import figures
 from dexterity_study.page.markup import Markup
@@ -63,6 +63,41 @@ def optimum(stored: Evidence) -> Markup:
     }
     best = by_case(optima(stored)).rename(columns=heads)[[*heads.values()]].astype(float)
     return show(best, "{:.2f}", forms={"$M_a$ [m³]": "{:.4f}"})
+
+
+def around(stored: Evidence) -> Markup:
+    """Set what the best poses are worth if the arm goes around the block, and around its vehicle as well."""
+    worth = worth_by_bodies(stored)
+    heads = {name: ("$M_a$ [m³]", name) for name in worth}
+    pose = _nearest_quarter(physical(stored, "block and vehicle"))
+    base = {name: ("base, around both [m]", f"${name}$") for name in pose}
+    table = pd.concat([worth.rename(columns=heads), pose.rename(columns=base)], axis="columns")
+    table.columns = pd.MultiIndex.from_tuples([*heads.values(), *base.values()])
+    forms = dict.fromkeys(heads.values(), "{:.4f}")
+    return show(by_case(table), "{:.2f}", forms=forms)
+
+
+def _nearest_quarter(best: pd.DataFrame) -> pd.DataFrame:
+    """Return places of the base by reading, turned by quarter turns to where the start is; all are equally good."""
+    poses = torch.tensor(best[[*VARIABLES]].astype(float).to_numpy())
+    images = torch.stack([quarter_turned(poses, turns) for turns in range(4)])
+    nearest = images[images[..., :2].sum(-1).argmin(0), torch.arange(len(poses))]
+    return pd.DataFrame(nearest[:, :3].numpy(), best.index, ["x", "y", "z"])
+
+
+def worth_by_bodies(stored: Evidence) -> pd.DataFrame:
+    """Return M_a of the best poses by reading: through all, around the block, and around block and vehicle."""
+    columns = {"through all": optima(stored)["area_manipulability"].loc[[*NAMES]]}
+    for name in ("block", "block and vehicle"):
+        columns[f"around {name}"] = physical(stored, name)["area_manipulability"]
+    return pd.DataFrame(columns).astype(float)
+
+
+def share_left(stored: Evidence) -> str:
+    """Return how much of M_a is left for an arm that goes around block and vehicle, from case to case."""
+    worth = worth_by_bodies(stored)
+    left = 100 * worth["around block and vehicle"] / worth["through all"]
+    return f"{left.min():.0f} to {left.max():.0f} %"
 
 
 def shares(stored: Evidence) -> Figure:

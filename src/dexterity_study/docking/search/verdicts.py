@@ -120,6 +120,10 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
     best, highest = optima(evidence), found(evidence)["share"].groupby("reading").max()
     for reading, apart in (best["evolved"] / best["fitness"] - 1).abs().items():
         yield Acceptance(f"difference of two methods, {reading}", apart, 1e-3)
+    for bodies in ("block", "block and vehicle"):
+        own = physical(evidence, bodies)
+        for reading, apart in (own["evolved"] / own["area_manipulability"] - 1).abs().items():
+            yield Acceptance(f"difference of two methods around {bodies}, {reading}", apart, 1e-3)
     for reading, share in highest.items():
         yield Acceptance(f"a genetic run above the optimum, {reading}", share - 1, 1e-3)
 
@@ -127,6 +131,12 @@ def acceptance(evidence: Evidence) -> Iterator[Acceptance]:
 def optima(evidence: Evidence) -> pd.DataFrame:
     """Return the true optima by reading."""
     return evidence["optimum"].where(None).set_index("reading")
+
+
+def physical(evidence: Evidence, bodies: str) -> pd.DataFrame:
+    """Return the optima by reading of an arm that goes around the block, or around block and vehicle."""
+    rows = evidence["physical"].where(None)
+    return rows[rows["bodies"] == bodies].set_index("reading")
 
 
 def found(evidence: Evidence) -> pd.DataFrame:
