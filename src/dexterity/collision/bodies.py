@@ -34,7 +34,7 @@ from dexterity.spatial import TensorLike
 __all__ = ["TOUCH", "Bodies"]
 
 TOUCH = 1e-9
-"""Depth [m] down to which bodies that touch do not collide: rounding must not decide it."""
+"""Depth [m] down to which bodies that touch do not collide, so that rounding does not decide it."""
 
 
 class _Group(NamedTuple):

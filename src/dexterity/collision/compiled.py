@@ -47,7 +47,8 @@ _TOLERANCE = 1e-11  # [m] of the self-test
 class CompiledBodies:
     """Bodies whose clearances and collisions are computed by compiled C; :func:`in_c` makes it.
 
-    Results are those of :class:`~dexterity.collision.Bodies` to rounding. Torch cannot differentiate them.
+    Results are those of :class:`~dexterity.collision.bodies.Bodies` to rounding. Torch cannot differentiate
+    them.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ class CompiledBodies:
         return self._bodies
 
     def clearance(self, q: TensorLike, T_world_base: TensorLike | None = None) -> Float64[Tensor, "*batch"]:
-        """Smallest signed distance of all pairs [m]; see :meth:`dexterity.collision.Bodies.clearance`.
+        """Smallest signed distance of all pairs [m]; see :meth:`dexterity.collision.bodies.Bodies.clearance`.
 
         Raises
         ------
@@ -93,7 +94,7 @@ class CompiledBodies:
     def collides(
         self, q: TensorLike, T_world_base: TensorLike | None = None, margin: float = 0.0
     ) -> Bool[Tensor, "*batch"]:
-        """Tell which configurations collide; see :meth:`dexterity.collision.Bodies.collides`.
+        """Tell which configurations collide; see :meth:`dexterity.collision.bodies.Bodies.collides`.
 
         Raises
         ------

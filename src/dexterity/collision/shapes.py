@@ -156,7 +156,7 @@ Shape: TypeAlias = Sphere | Capsule | Box
 """A sphere, a capsule or a box."""
 
 Link: TypeAlias = int | Literal["world"]
-"""What carries a body: 0 the base, i the link that joint i moves, ``"world"`` what the base moves in."""
+"""What carries a body, 0 for the base, i for the link that joint i moves, or ``"world"`` around the base."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class Body:
     link
         0 for the base, 1 … n for the link that a joint moves, or ``"world"`` for what does not move with the
         base. A body of the world is given in the world that `T_world_base` of
-        :meth:`~dexterity.collision.Bodies.clearance` refers to.
+        :meth:`~dexterity.collision.bodies.Bodies.clearance` refers to.
     name
         What it is called in errors; printable text.
 
