@@ -193,8 +193,10 @@ class Judge:
         """Contradict a claim by logic; the note has the argument."""
         return self._plain(claim, Outcome.CONTRADICTED, ours, note)
 
-    def logged(self, claim: str, values: Any, note: str, ours: str = "") -> Verdict:
+    def logged(self, claim: str, values: Any, note: str, told: str = "") -> Verdict:
         """Judge a claim, by the rule that the ledger names, on what the authors logged and published.
+
+        The verdict has no value of ours; its sentence ends with the logged one.
 
         Parameters
         ----------
@@ -204,7 +206,7 @@ class Judge:
             Logged values, as for a call; readings do not apply.
         note
             Reason, in one sentence; it says that the values are logged.
-        ours
+        told
             Logged value as a text, where the values are not what is to be read.
         """
         entry = self.paper.claim(claim)
@@ -212,7 +214,8 @@ class Judge:
         grade = _RULES[entry.rule](entry, own)
         refuted = Outcome.CONTRADICTED if grade == Grade.REFUTED else Outcome.NOT_REPRODUCED
         outcome = Outcome.LOGGED if grade.holds else refuted
-        return self._plain(claim, outcome, ours or _written(entry, values, own, "{:.3g}", ""), note)
+        told = told or _written(entry, values, own, "{:.3g}", "")
+        return self._plain(claim, outcome, "", f"{note} In the logs: {told}." if told else note)
 
     def misprint(self, claim: str, note: str, ours: str = "") -> Verdict:
         """Call a claim a misprint; the note names the numbers of the paper that show what was meant."""

@@ -101,7 +101,7 @@ def verdict_table(*names: str) -> Markup:
         if shown:
             parts.append(claim_table(paper, shown, verdicts, target))
         if others:
-            summary = f"Paper {paper.letter}: {_count(len(others), 'claim')} that came out as printed, or cannot be computed"
+            summary = f"Paper {paper.letter}: {_count(len(others), 'claim')} that came out as printed, were not run, or cannot be computed"
             parts.append(folded(summary, claim_table(paper, others, verdicts, target)))
     return Markup("\n".join(parts))
 
@@ -161,7 +161,7 @@ def _entries() -> dict[str, tuple[Paper, Claim]]:
 
 
 def _is_shown(paper: Paper, claim: Claim, verdict: Verdict) -> bool:
-    plain = (Outcome.REPRODUCED, Outcome.OUT_OF_SCOPE)
+    plain = (Outcome.REPRODUCED, Outcome.NOT_RUN, Outcome.OUT_OF_SCOPE)
     return claim.id in paper.headlines or verdict.outcome not in plain
 
 

@@ -141,8 +141,9 @@ def test_what_the_authors_logged_reproduces_nothing_and_can_refute(monkeypatch, 
     monkeypatch.setattr(judge, "load_paper", lambda _: Paper(**HEAD, claims=(claim("cases"),)))
     judged = Judge("p").logged("c", cases, "note")
     assert judged.outcome == outcome
-    assert judged.readings == judged.spread == ""
-    assert judged.ours == ", ".join(f"{name}: {'yes' if held else 'no'}" for name, held in cases.items())
+    assert judged.readings == judged.spread == judged.ours == ""
+    told = ", ".join(f"{name}: {'yes' if held else 'no'}" for name, held in cases.items())
+    assert judged.sentence == (f"note In the logs: {told}." if cases else "note")
 
 
 def series(**readings):

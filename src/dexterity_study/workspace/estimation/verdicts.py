@@ -115,7 +115,7 @@ def _on_cycles(on: Judge) -> Iterator[Verdict]:
         f"Logged: after the encoder's {before.validation[-1][0]:g} epochs the validation loss of the estimation is "
         f"{left:.0%} of the best constant's."
     )
-    yield on.logged("pretraining-looks-bad", [left > 0.5], note, ours=f"R² near {1 - left:.2f}")
+    yield on.logged("pretraining-looks-bad", [left > 0.5], note, told=f"R² near {1 - left:.2f}")
     single = {head: by[f"{head}-adam"].training[0] for head in ("confidence", "estimation")}
     shares = {head: loss / by[f"{head}-adam"].constant for head, (_, loss) in single.items()}
     cases = {
@@ -155,7 +155,7 @@ def _on_optimisers(on: Judge) -> Iterator[Verdict]:
         f"{sorted(rises.values())[2]:.1f} and more."
     )
     yield on.logged(
-        "sgd-steadiest-in-confidence", [rises["SGD"] <= min(rises.values())], note, ours=f"{rises['SGD']:.1f}"
+        "sgd-steadiest-in-confidence", [rises["SGD"] <= min(rises.values())], note, told=f"{rises['SGD']:.1f}"
     )
     note = "The logs are known at some epochs only, which do not show all rises."
     yield on.not_run("rmsprop-steadiest-in-estimation", note)
