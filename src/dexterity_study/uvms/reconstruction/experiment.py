@@ -98,7 +98,7 @@ A task point ahead of the world's origin by less is the same as an origin that i
 spread and the neuron limits are varied besides, for each reading: see `SPREADS`."""
 
 CHOSEN: dict[str, Level] = {factor.name: factor.chosen for factor in FACTORS}
-BLOCKS, BLOCK, DESIGN_SEED = 12, 4, 20_161_130
+BLOCKS, BLOCK, DESIGN_SEED = 24, 4, 20_161_130
 """Runs of the design so far, of 52 that are planned; readings of one run; and what scrambles their sequence."""
 
 ALONE = (
