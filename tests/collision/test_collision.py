@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
-from coal_distances import coal_distances
 from torch.testing import assert_close
 
 import dexterity as dx
+from coal_distances import coal_distances
 from dexterity import collision, spatial
 from dexterity.collision import Bodies, Body, Box, Capsule, Sphere, c_source, capsules, in_c
 from dexterity.collision.distances import box_box, segment_box, segment_segment
