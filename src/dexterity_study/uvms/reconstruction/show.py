@@ -150,7 +150,7 @@ def _range(values: pd.Series, form: str) -> str:
     if ended.empty:
         return "none"
     missing = len(values) - len(ended)
-    return with_range(ended, form) + (f"; none in {missing} of {len(values)}" if missing else "")
+    return with_range(ended, form) + (f"; {missing} none" if missing else "")
 
 
 def loops(stored: Evidence) -> Figure:
@@ -168,7 +168,8 @@ def loops(stored: Evidence) -> Figure:
                     ax.plot(run[over].iloc[-1], 100 * run["testing_error"].iloc[-1], "o", color=color, ms=5)
         ax.axhline(2, color="#595959", ls="--")
         ax.set(yscale="log", ylabel="testing error [%]", xlabel=f"{over} ({kind})")
-        ax.yaxis.set_major_formatter("{x:g}")
+        ax.set_yticks([2, 5, 10, 20], ["2", "5", "10", "20"])
+        ax.minorticks_off()
     fig.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return fig
 
@@ -281,7 +282,7 @@ def two_sizes(stored: Evidence) -> str:
     return (
         f"Single changes bring out two printed sizes. With a tool of {tool:g} m/s, and nothing else changed, the "
         f"feed-forward loop for KCI ends at {with_range(kci, '{:.0f}')} neurons in {len(kci)} runs; the paper has "
-        f"{PRINTED['KCI'][0]}. With a shoulder {shoulder:g} m above the base, the radial-basis loop for $w$ ends at "
+        f"{PRINTED['KCI'][0]}. With a shoulder {shoulder:g} m above the base, the radial-basis loop for *w* ends at "
         f"{with_range(w, '{:.0f}')} in {len(w)}; the paper has {PRINTED['w'][1]}. Both values were chosen because they fit the "
         "radial-basis networks. The sizes of feed-forward networks were not fitted."
     )
