@@ -32,7 +32,7 @@ SEEDS = 10
 POSTURE = torch.tensor([0.35, -1.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6, -1.3, 0.0, 0.5, 0.0], dtype=torch.float64)
 """A posture with the world's origin outside of the vehicle and off the arm."""
 
-LOW, VIEW = 280, (1.0, 0.35, 0.4)
+LOW, VIEW = 240, (1.0, 0.35, 0.4)
 """Height of a scene of the derivation [CSS pixels], and from where it is seen."""
 
 HALF = 0.5
