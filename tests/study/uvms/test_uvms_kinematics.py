@@ -90,7 +90,7 @@ def test_each_scene_has_one_slider_that_moves_it(draw):
 def test_the_lever_arm_gives_the_velocity_at_the_origin():
     drives = show.lever_scene()._mechanisms["mechanism"].drives
     (axis,) = [drive for path, drive in drives.items() if path.endswith("axis ω")]
-    (arrow,) = [drive for path, drive in drives.items() if path.endswith("v = p × ω")]
+    (arrow,) = [drive for path, drive in drives.items() if path.endswith("v = t × ω")]
     for length in (0.1, 0.7):
         moved = spatial.adjoint(axis.at(np.array(length))).numpy() @ [0, 0, 0, 0, 0, 1]
         head = arrow.at(np.array(length))[:3, :3] @ [0, -1, 0]
