@@ -12,6 +12,7 @@ import pytest
 import torch
 
 from dexterity import robots, sampling
+from dexterity.codegen import library
 from dexterity.indices import Index
 from dexterity_study.page.notebooks import Layout, read_pages
 from dexterity_study.uvms.glance import show
@@ -32,8 +33,11 @@ def run() -> dict[str, Any]:
         pytest.skip("there is no C compiler")
     (page,) = read_pages(Layout(ROOT / "book", ROOT / "_config.yml", ROOT / "_build"), [PAGE])
     names: dict[str, Any] = {}
+    # As for a reader: other tests compile without optimisation.
+    flags = tuple("-O3" if flag == "-O0" else flag for flag in library.FLAGS)
     start = time.process_time()
-    with mpl.rc_context({"backend": "agg"}):
+    with mpl.rc_context({"backend": "agg"}), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(library, "FLAGS", flags)
         for cell in page.notebook.cells:
             if cell.cell_type == "code":
                 exec(compile(cell.source, PAGE, "exec"), names)
