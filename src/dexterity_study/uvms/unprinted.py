@@ -18,7 +18,7 @@ from dexterity_study.uvms.reconstruction.experiment import DESIGN_SEED, FACTORS,
 READINGS = 256
 """Points of the sequence that the design is a part of."""
 
-_READINGS = {
+_IN_THE_LEDGER = {
     "chosen": "chosen",
     "high shoulder": "base-link-height=0.3",
     "fast tool": "velocity-limits=tool-1.5",
@@ -105,4 +105,6 @@ def whole_loops(index: str, kind: str) -> pd.DataFrame:
         "feed-forward" or "radial basis".
     """
     rows = _stored()["loops"].where(index=index, kind=kind)
-    return rows.assign(reading=rows["case"].map(_READINGS)).groupby(["reading", "seed"], sort=False).last()
+    return (
+        rows.assign(reading=rows["case"].map(_IN_THE_LEDGER)).groupby(["reading", "seed"], sort=False).last()
+    )

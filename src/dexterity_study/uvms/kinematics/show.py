@@ -193,15 +193,7 @@ def lever_scene() -> scenes.Scene:
             stretches=np.concatenate([along, along, 0.01 * ones[:, :1]], axis=1),
             color="sky blue",
         ),
-        Body(
-            "lever arm t",
-            slider=label,
-            poses=at_rest,
-            rods=np.array([[[0, 0, 0], [1.0, 0, 0]]]),
-            radius=0.012,
-            stretches=np.insert(ones, 0, lengths, axis=1),
-            color="black",
-        ),
+        _rod_to("lever arm t", label, np.zeros((len(lengths), 3)), shift[:, :3, 3]),
         Body(
             "v = t × ω",
             slider=label,

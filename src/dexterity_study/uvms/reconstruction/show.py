@@ -290,10 +290,8 @@ def two_sizes(stored: Evidence) -> str:
 
 def height_by_operations() -> str:
     """Say what the printed count of operations tells about the height of the shoulder."""
-    counts, printed = (
-        Counts(Evidence("uvms.cost")),
-        load_paper("sotiropoulos2016").printed("jacobian-operations"),
-    )
+    counts = Counts(Evidence("uvms.cost"))
+    printed = load_paper("sotiropoulos2016").printed("jacobian-operations")
     raised, flat = (counts("Jacobian", f"written out{height}") for height in ("", ", l1 = 0"))
     closer = "a raised shoulder" if abs(raised - printed) < abs(flat - printed) else "the height of the base"
     return (
